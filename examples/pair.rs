@@ -30,8 +30,8 @@ pub(crate) fn pairs(capture: &str, out: &mut impl Write) -> Result<(), Box<dyn E
         let bytes = words.split_whitespace().filter(|word| !matches!(*word, ">" | "<"));
         let bytes = bytes.map(|word| u8::from_str_radix(word, 16)).collect::<Result<Vec<u8>, _>>()?;
         let frames = if is_host { &mut from_host } else { &mut from_device };
-        assert_eq!(frames.push(&bytes), bytes.len(), "a line is shorter than the buffer");
-        while let Some(item) = frames.next() {
+        let mut rest = &bytes[..];
+        while let Some(item) = frames.next_from(&mut rest) {
             // Noise, damaged frames, and frames that are no message are left out.
             let Item::Frame(frame) = item else { continue };
             if is_host {

@@ -193,20 +193,6 @@ impl<F: Framing, const N: usize> Half<F, N> {
         Self { frames: Box::default(), place: Place::new(from) }
     }
 
-    /// Takes the next bytes, and reports the items in them.
-    fn push<S: Show>(&mut self, show: &mut S, bytes: &[u8], see: &mut See<'_>) -> Result<(), Stop>
-    where
-        F: for<'a> Framing<Frame<'a> = <S::Framing as Framing>::Frame<'a>>,
-    {
-        let mut rest = bytes;
-        while !rest.is_empty() {
-            let taken = self.frames.push(rest);
-            rest = rest.get(taken..).unwrap_or_default();
-            self.drain(show, false, see)?;
-        }
-        Ok(())
-    }
-
     /// Reports the rest, after the input has ended.
     fn end<S: Show>(&mut self, show: &mut S, see: &mut See<'_>) -> Result<(), Stop>
     where
@@ -214,18 +200,18 @@ impl<F: Framing, const N: usize> Half<F, N> {
     {
         // A frame that waits for more bytes will not get them, and good frames may follow its first bytes.
         self.frames.gap();
-        self.drain(show, true, see)?;
+        self.read(show, &[], true, see)?;
         self.place.flush(S::NAME, see)
     }
 
-    /// Reports the items found so far. `ended` is whether no more bytes will come.
-    fn drain<S: Show>(&mut self, show: &mut S, ended: bool, see: &mut See<'_>) -> Result<(), Stop>
+    /// Takes the next bytes, and reports the items found so far. `ended` is whether no more bytes will come.
+    fn read<S: Show>(&mut self, show: &mut S, mut bytes: &[u8], ended: bool, see: &mut See<'_>) -> Result<(), Stop>
     where
         F: for<'a> Framing<Frame<'a> = <S::Framing as Framing>::Frame<'a>>,
     {
         let Self { frames, place } = self;
         loop {
-            match frames.next() {
+            match frames.next_from(&mut bytes) {
                 None => return Ok(()),
                 Some(Item::Frame(frame)) => place.frame(show, &frame, see)?,
                 Some(Item::Corrupt { why, bytes, .. }) => {
@@ -259,11 +245,11 @@ impl<S: Show, const N: usize> Tap for Stream<S, N> {
         match piece.side {
             Side::Host => {
                 device.place.flush(S::NAME, see)?;
-                host.push(show, piece.bytes, see)
+                host.read(show, piece.bytes, false, see)
             }
             Side::Device => {
                 host.place.flush(S::NAME, see)?;
-                device.push(show, piece.bytes, see)
+                device.read(show, piece.bytes, false, see)
             }
         }
     }

@@ -134,24 +134,28 @@ impl Header {
 
     /// Id of the message.
     #[must_use]
+    #[inline]
     pub fn id(&self) -> MessageId {
         MessageId(self.id.get())
     }
 
     /// Type of the message.
     #[must_use]
+    #[inline]
     pub fn kind(&self) -> MessageType {
         MessageType(self.kind.get())
     }
 
     /// Length of the data, 0 to 65535 bytes.
     #[must_use]
+    #[inline]
     pub fn data_len(&self) -> usize {
         self.len.get().into()
     }
 
     /// Length of the whole frame, in bytes.
     #[must_use]
+    #[inline]
     pub fn frame_len(&self) -> usize {
         self.data_len().saturating_add(OVERHEAD)
     }
@@ -167,13 +171,18 @@ impl fmt::Debug for Header {
     }
 }
 
+/// Layout of a frame, which has at least [`OVERHEAD`] bytes.
+#[derive(PartialEq, Eq, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
+#[repr(C)]
+struct Packet {
+    header: Header,
+    /// Data and check bytes.
+    rest: [u8],
+}
+
 /// Complete frame with a correct checksum.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub struct Frame<'a> {
-    header: &'a Header,
-    payload: &'a [u8],
-    bytes: &'a [u8],
-}
+pub struct Frame<'a>(&'a Packet);
 
 impl<'a> Frame<'a> {
     /// Reads bytes that are exactly one frame.
@@ -191,62 +200,62 @@ impl<'a> Frame<'a> {
     /// Reads a frame, and does not verify its checksum.
     #[inline]
     fn unverified(bytes: &'a [u8]) -> Result<Self, FrameError> {
-        let have = bytes.len();
-        let (header, rest) =
-            Header::ref_from_prefix(bytes).map_err(|_| FrameError::Truncated { needed: OVERHEAD, have })?;
-        if header.marker != MARKER {
-            return Err(FrameError::NoMarker { found: header.marker });
-        }
-        let needed = header.frame_len();
-        let short = FrameError::Truncated { needed, have };
-        let (payload, check) = rest.split_at_checked(header.data_len()).ok_or(short)?;
-        match check.len() {
-            CHECK_LEN => Ok(Self { header, payload, bytes }),
-            len if len < CHECK_LEN => Err(short),
-            _ => Err(FrameError::Trailing { extra: have.saturating_sub(needed) }),
+        match Packet::ref_from_bytes(bytes) {
+            Ok(packet) if packet.header.marker == MARKER && packet.header.frame_len() == bytes.len() => {
+                Ok(Self(packet))
+            }
+            _ => Err(not_one_frame(bytes)),
         }
     }
 
     /// Header of the frame.
     #[must_use]
     pub const fn header(&self) -> &'a Header {
-        self.header
+        &self.0.header
     }
 
     /// Id of the message.
     #[must_use]
+    #[inline]
     pub fn id(&self) -> MessageId {
-        self.header.id()
+        self.0.header.id()
     }
 
     /// Type of the message.
     #[must_use]
+    #[inline]
     pub fn kind(&self) -> MessageType {
-        self.header.kind()
+        self.0.header.kind()
     }
 
     /// Data of the frame.
     #[must_use]
+    #[inline]
     pub const fn payload(&self) -> &'a [u8] {
-        self.payload
+        match self.0.rest.split_last_chunk::<CHECK_LEN>() {
+            Some((data, _)) => data,
+            None => &[],
+        }
     }
 
     /// Bytes of the whole frame, from the marker to the check bytes.
     #[must_use]
-    pub const fn bytes(&self) -> &'a [u8] {
-        self.bytes
+    #[inline]
+    pub fn bytes(&self) -> &'a [u8] {
+        self.0.as_bytes()
     }
 }
 
 impl AsRef<[u8]> for Frame<'_> {
+    #[inline]
     fn as_ref(&self) -> &[u8] {
-        self.bytes
+        self.bytes()
     }
 }
 
 impl fmt::Debug for Frame<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Frame").field("header", self.header).field("payload", &self.payload).finish()
+        f.debug_struct("Frame").field("header", self.header()).field("payload", &self.payload()).finish()
     }
 }
 
@@ -280,6 +289,20 @@ pub enum FrameError {
         /// Number of bytes in the sum.
         len: usize,
     },
+}
+
+/// Error of bytes that are not one frame, apart from their checksum. Cold, so that valid frames are decoded faster.
+#[cold]
+fn not_one_frame(bytes: &[u8]) -> FrameError {
+    let have = bytes.len();
+    match Header::ref_from_prefix(bytes) {
+        Err(_) => FrameError::Truncated { needed: OVERHEAD, have },
+        Ok((header, _)) if header.marker != MARKER => FrameError::NoMarker { found: header.marker },
+        Ok((header, _)) => match header.frame_len() {
+            needed if needed > have => FrameError::Truncated { needed, have },
+            needed => FrameError::Trailing { extra: have.saturating_sub(needed) },
+        },
+    }
 }
 
 /// Writes a frame of any type around `data`. Messages without a type of their own in this crate are sent this way.
@@ -337,6 +360,7 @@ impl<const BY_HOST: bool> Envelope for Enclosed<BY_HOST> {
 }
 
 /// Length of a frame around `len` bytes of data.
+#[inline]
 pub(crate) fn frame_len(len: usize) -> usize {
     len.saturating_add(OVERHEAD)
 }

@@ -12,11 +12,10 @@
 //! use dmc_proto::{DeviceMessage, Frames, Item};
 //!
 //! // A lost byte, then a frame as a controller sends it when motor 2 runs into its upper limit.
-//! let line = b"\x07DF\0\0\0\0\x3a\0\x02\0\x01\x02\x94\xa1";
+//! let mut line = &b"\x07DF\0\0\0\0\x3a\0\x02\0\x01\x02\x94\xa1"[..];
 //!
 //! let mut frames: Frames = Frames::new();
-//! assert_eq!(frames.push(line), line.len());
-//! while let Some(item) = frames.next() {
+//! while let Some(item) = frames.next_from(&mut line) {
 //!     match item {
 //!         Item::Frame(frame) => match DeviceMessage::decode(&frame)? {
 //!             DeviceMessage::MotorHardStop(stop) => {

@@ -13,17 +13,13 @@
 //! let mut frames = Frames::<84>::new();
 //! let mut position = None;
 //! for mut piece in [&b"\0\0\0\0\0\0\xFF\0\0\x01"[..], b"\x05\x03\xFF\xFF\xCF\xC7"] {
-//!     while !piece.is_empty() {
-//!         let taken = frames.push(piece);
-//!         piece = &piece[taken..];
-//!         while let Some(item) = frames.next() {
-//!             match item {
-//!                 Item::Frame(frame) => match DeviceMessage::decode(&frame) {
-//!                     DeviceMessage::Reply(reply) => position = Some(query.decode_reply(reply)?.value),
-//!                     other => println!("not for the master: {other}"),
-//!                 },
-//!                 other => println!("{} bytes of noise", other.bytes().len()),
-//!             }
+//!     while let Some(item) = frames.next_from(&mut piece) {
+//!         match item {
+//!             Item::Frame(frame) => match DeviceMessage::decode(&frame) {
+//!                 DeviceMessage::Reply(reply) => position = Some(query.decode_reply(reply)?.value),
+//!                 other => println!("not for the master: {other}"),
+//!             },
+//!             other => println!("{} bytes of noise", other.bytes().len()),
 //!         }
 //!     }
 //! }
@@ -75,8 +71,8 @@
 //! advance(0, Input::LinkUp)?;
 //! // Later nothing can come any more that answers something from before the line came up.
 //! advance(5000, Input::Command(Token(1), Command::EmergencyStop))?;
-//! frames.push(b"\0\0\0\0\0\xFF\0\0\x01\0");
-//! while let Some(item) = frames.next() {
+//! let mut received = &b"\0\0\0\0\0\xFF\0\0\x01\0"[..];
+//! while let Some(item) = frames.next_from(&mut received) {
 //!     match item {
 //!         Item::Frame(frame) => advance(5009, Input::received(&frame))?,
 //!         _ => advance(5009, Input::Noise)?,

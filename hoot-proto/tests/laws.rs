@@ -1,7 +1,7 @@
 //! The laws over every message of both sides, and over the stream.
 
 use hoot_proto::{Device, DeviceMessage, Hoot, Host, HostMessage, Messages, Requests, Strict};
-use laws::stream::{Drain, Owned, read};
+use laws::stream::{Drain, Feed, Owned, read};
 use proptest::prelude::*;
 use serde_json::Value;
 
@@ -113,9 +113,9 @@ fn floods_cost_no_more_than_their_bytes() {
     for unit in [&[0][..], &[255], &BREAK, &[0, 0, 0, 0, 255], &[0, 0, 0, 0, 0, 1], &lying, &short] {
         let flood: Vec<u8> = unit.iter().copied().cycle().take(60_000).collect();
         for cut in [1, 7, 84] {
-            let tolerant = read::<Hoot, 84>(&flood, &[], Drain::AtGap, || cut).work;
-            let requests = read::<Requests, 84>(&flood, &[], Drain::AtGap, || cut).work;
-            let strict = read::<Strict, 84>(&flood, &[], Drain::AtGap, || cut).work;
+            let tolerant = read::<Hoot, 84>(&flood, &[], Drain::AtGap, Feed::Push, || cut).work;
+            let requests = read::<Requests, 84>(&flood, &[], Drain::AtGap, Feed::Push, || cut).work;
+            let strict = read::<Strict, 84>(&flood, &[], Drain::AtGap, Feed::Push, || cut).work;
             assert!(
                 tolerant.max(requests).max(strict) <= 4 * flood.len(),
                 "{unit:?} by {cut}: {tolerant}, {requests}, {strict}"

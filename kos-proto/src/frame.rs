@@ -102,6 +102,7 @@ impl Header {
 
     /// Id of the message, which says its subject.
     #[must_use]
+    #[inline]
     pub fn id(&self) -> MessageId {
         MessageId(self.id.get())
     }
@@ -114,6 +115,7 @@ impl Header {
 
     /// Length of the whole message in bytes, with this header.
     #[must_use]
+    #[inline]
     pub fn message_len(&self) -> usize {
         self.len.get().into()
     }
@@ -129,13 +131,17 @@ impl fmt::Debug for Header {
     }
 }
 
+/// Layout of a message.
+#[derive(PartialEq, Eq, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
+#[repr(C)]
+struct Packet {
+    header: Header,
+    payload: [u8],
+}
+
 /// Frame of a whole message, as it came.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub struct Frame<'a> {
-    header: &'a Header,
-    payload: &'a [u8],
-    bytes: &'a [u8],
-}
+pub struct Frame<'a>(&'a Packet);
 
 impl<'a> Frame<'a> {
     /// Reads bytes that are exactly one message, as a datagram should be.
@@ -145,9 +151,9 @@ impl<'a> Frame<'a> {
     /// [`FrameError`], if the bytes are not exactly one message.
     #[inline]
     pub fn decode(bytes: &'a [u8]) -> Result<Self, FrameError> {
-        match Header::ref_from_prefix(bytes) {
-            Ok((header, payload)) if header.version == VERSION && header.message_len() == bytes.len() => {
-                Ok(Self { header, payload, bytes })
+        match Packet::ref_from_bytes(bytes) {
+            Ok(packet) if packet.header.version == VERSION && packet.header.message_len() == bytes.len() => {
+                Ok(Self(packet))
             }
             _ => Err(not_one_message(bytes)),
         }
@@ -156,43 +162,46 @@ impl<'a> Frame<'a> {
     /// Header of the message.
     #[must_use]
     pub const fn header(&self) -> &'a Header {
-        self.header
+        &self.0.header
     }
 
     /// Id of the message, which says its subject.
     #[must_use]
+    #[inline]
     pub fn id(&self) -> MessageId {
-        self.header.id()
+        self.0.header.id()
     }
 
     /// Type of the message, which says whether it sets, asks or answers.
     #[must_use]
     pub const fn kind(&self) -> MessageType {
-        self.header.kind()
+        self.0.header.kind()
     }
 
     /// Bytes after the header. In an action or a notification, its number is the first of them.
     #[must_use]
     pub const fn payload(&self) -> &'a [u8] {
-        self.payload
+        &self.0.payload
     }
 
     /// Bytes of the whole message, with the header.
     #[must_use]
-    pub const fn bytes(&self) -> &'a [u8] {
-        self.bytes
+    #[inline]
+    pub fn bytes(&self) -> &'a [u8] {
+        self.0.as_bytes()
     }
 }
 
 impl AsRef<[u8]> for Frame<'_> {
+    #[inline]
     fn as_ref(&self) -> &[u8] {
-        self.bytes
+        self.bytes()
     }
 }
 
 impl fmt::Debug for Frame<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Frame").field("header", self.header).field("payload", &self.payload).finish()
+        f.debug_struct("Frame").field("header", self.header()).field("payload", &self.payload()).finish()
     }
 }
 
@@ -328,9 +337,9 @@ impl<const CAP: usize> Envelope for Kos<CAP> {
 
     #[inline]
     fn open<'a>(frame: &<Self as Envelope>::Frame<'a>) -> Result<(u32, &'a [u8]), DecodeError> {
-        let number = frame.header.number();
-        let Some(what) = sub_of(number) else { return Ok((number, frame.payload)) };
-        let (sub, body) = frame.payload.split_first().ok_or(DecodeError::Truncated { what, needed: 1, have: 0 })?;
+        let number = frame.header().number();
+        let Some(what) = sub_of(number) else { return Ok((number, frame.payload())) };
+        let (sub, body) = frame.payload().split_first().ok_or(DecodeError::Truncated { what, needed: 1, have: 0 })?;
         Ok((number | u32::from(*sub), body))
     }
 

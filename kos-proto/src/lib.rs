@@ -15,9 +15,8 @@
 //! let line = b"\x04\0\x1c\0\x0b\x02\x01\x03\x41\x3f\xb8\0\0\0\0\0\x42\xc8\0\0\x42\x82\0\0\x42\x48\0\0";
 //!
 //! let mut frames: Frames = Frames::new();
-//! for piece in line.chunks(10) {
-//!     assert_eq!(frames.push(piece), piece.len());
-//!     while let Some(item) = frames.next() {
+//! for mut piece in line.chunks(10) {
+//!     while let Some(item) = frames.next_from(&mut piece) {
 //!         match item {
 //!             Item::Frame(frame) => match DeviceMessage::decode(&frame)? {
 //!                 DeviceMessage::MotorInfo(info) => {

@@ -58,6 +58,15 @@ pub enum Drain {
     AfterGap,
 }
 
+/// How a stream gets its bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Feed {
+    /// By [`Frames::push`]. Its items come from [`Frames::next`].
+    Push,
+    /// By [`Frames::next_from`], which lends frames from the pieces.
+    Lend,
+}
+
 /// Reads `stream` in pieces of the lengths that `cut` gives, the line silent at the positions `gaps`
 /// (ascending) and at the end. A fatal error is followed by a resync.
 ///
@@ -67,9 +76,10 @@ pub fn read<F: Framing, const N: usize>(
     stream: &[u8],
     gaps: &[usize],
     drain: Drain,
+    feed: Feed,
     cut: impl FnMut() -> usize,
 ) -> Reading<F::Header> {
-    read_late::<F, N>(stream, gaps, &[], drain, cut)
+    read_late::<F, N>(stream, gaps, &[], drain, feed, cut)
 }
 
 /// Reads a stream as [`read`] does. At the positions `late` (ascending), the incomplete frame is given up.
@@ -78,9 +88,10 @@ fn read_late<F: Framing, const N: usize>(
     gaps: &[usize],
     late: &[usize],
     drain: Drain,
+    feed: Feed,
     mut cut: impl FnMut() -> usize,
 ) -> Reading<F::Header> {
-    let mut reader = Reader::<F, N>::new();
+    let mut reader = Reader::<F, N>::new(feed);
     // Whether nothing can be had from the bytes that are held.
     let mut is_drained = true;
     for segment in segments(stream, gaps) {
@@ -91,18 +102,21 @@ fn read_late<F: Framing, const N: usize>(
             let (mut piece, later) = rest.split_at(cut().clamp(1, most));
             rest = later;
             while !piece.is_empty() {
-                let least = if is_drained { Frames::<F, N>::PIECE.min(piece.len()) } else { 0 };
-                let taken = reader.frames.push(piece);
-                assert!(taken > 0 && taken >= least, "no room although nothing more was to be had");
-                piece = &piece[taken..];
-                reader.received += taken;
-                reader.drain();
+                if feed == Feed::Push {
+                    let least = if is_drained { Frames::<F, N>::PIECE.min(piece.len()) } else { 0 };
+                    let taken = reader.frames.push(piece);
+                    assert!(taken > 0 && taken >= least, "no room although nothing more was to be had");
+                    piece = &piece[taken..];
+                    reader.received += taken;
+                }
+                reader.drain(&mut piece);
+                assert!(feed == Feed::Push || piece.is_empty(), "bytes were left although nothing more was to be had");
                 is_drained = true;
             }
             if late.binary_search(&reader.received).is_ok() {
                 let held = reader.frames.held();
                 reader.frames.give_up();
-                reader.drain();
+                reader.drain(&mut &[][..]);
                 assert!(held == 0 || reader.frames.held() < held, "the incomplete frame was not given up");
             }
         }
@@ -136,10 +150,16 @@ pub fn check<F: Framing, const N: usize>(
     mut cut: impl FnMut() -> usize,
     rescan: impl Fn(&[u8]) -> Result<usize, usize>,
 ) -> Vec<Owned<F::Header>> {
-    let Reading { items, .. } = read::<F, N>(stream, gaps, Drain::AtGap, || usize::MAX);
+    let Reading { items, .. } = read::<F, N>(stream, gaps, Drain::AtGap, Feed::Push, || usize::MAX);
     for drain in [Drain::AtGap, Drain::AfterGap] {
-        same(&items, &read::<F, N>(stream, gaps, drain, &mut cut).items, "cut into pieces");
-        same(&items, &read::<F, N>(stream, gaps, drain, || 1).items, "cut into single bytes");
+        for feed in [Feed::Push, Feed::Lend] {
+            same(&items, &read::<F, N>(stream, gaps, drain, feed, &mut cut).items, "cut into pieces");
+            same(&items, &read::<F, N>(stream, gaps, drain, feed, || 1).items, "cut into single bytes");
+        }
+        // Long pieces are read in another way than short ones.
+        let long = || cut().saturating_mul(16);
+        same(&items, &read::<F, N>(stream, gaps, drain, Feed::Lend, long).items, "lent from long pieces");
+        same(&items, &read::<F, N>(stream, gaps, drain, Feed::Lend, || usize::MAX).items, "lent from one piece");
     }
     let found = items.iter().filter_map(|item| if let Owned::Frame(bytes) = item { Some(&bytes[..]) } else { None });
     let wanted = segments(stream, gaps).flat_map(|segment| rescanned(segment, &rescan));
@@ -150,9 +170,10 @@ pub fn check<F: Framing, const N: usize>(
         (*end < stream.len()).then_some(*end)
     });
     let late: Vec<usize> = ends.collect();
-    let in_pieces = read_late::<F, N>(stream, gaps, &late, Drain::AtGap, &mut cut);
-    let in_bytes = read_late::<F, N>(stream, gaps, &late, Drain::AfterGap, || 1);
-    for item in in_pieces.items.iter().chain(&in_bytes.items) {
+    let in_pieces = read_late::<F, N>(stream, gaps, &late, Drain::AtGap, Feed::Push, &mut cut);
+    let in_bytes = read_late::<F, N>(stream, gaps, &late, Drain::AfterGap, Feed::Push, || 1);
+    let lent = read_late::<F, N>(stream, gaps, &late, Drain::AtGap, Feed::Lend, || cut().saturating_mul(16));
+    for item in in_pieces.items.iter().chain(&in_bytes.items).chain(&lent.items) {
         if let Owned::Frame(bytes) = item {
             assert_eq!(rescan(bytes), Ok(bytes.len()), "a frame that a rescan does not find");
         }
@@ -203,6 +224,7 @@ impl<H> Owned<H> {
 
 struct Reader<F: Framing, const N: usize> {
     frames: Box<Frames<F, N>>,
+    feed: Feed,
     items: Vec<Owned<F::Header>>,
     received: usize,
     /// Bytes in `items`.
@@ -212,13 +234,20 @@ struct Reader<F: Framing, const N: usize> {
 }
 
 impl<F: Framing, const N: usize> Reader<F, N> {
-    fn new() -> Self {
-        Self { frames: Box::new(Frames::new()), items: Vec::new(), received: 0, taken: 0, episode: false }
+    fn new(feed: Feed) -> Self {
+        Self { frames: Box::new(Frames::new()), feed, items: Vec::new(), received: 0, taken: 0, episode: false }
     }
 
-    /// Collects items until there are no more.
-    fn drain(&mut self) {
-        while let Some(item) = self.frames.next() {
+    /// Collects items until there are no more. Bytes of `piece` are taken only if they are lent.
+    fn drain(&mut self, piece: &mut &[u8]) {
+        loop {
+            let before = piece.len();
+            let item = match self.feed {
+                Feed::Push => self.frames.next(),
+                Feed::Lend => self.frames.next_from(piece),
+            };
+            self.received += before - piece.len();
+            let Some(item) = item else { break };
             let len = item.bytes().len();
             assert!(len > 0 || matches!(item, Item::Fatal(_)), "an item without bytes");
             self.taken += len;
@@ -246,11 +275,12 @@ impl<F: Framing, const N: usize> Reader<F, N> {
             }
             assert_eq!(self.received, self.taken + self.frames.held(), "bytes in are items and bytes held");
         }
+        assert_eq!(self.received, self.taken + self.frames.held(), "bytes in are items and bytes held");
     }
 
     /// Collects all items after a gap, when nothing may wait.
     fn drain_all(&mut self) {
-        self.drain();
+        self.drain(&mut &[][..]);
         assert_eq!(self.frames.held(), 0, "bytes wait although a gap says that no more will come");
     }
 }

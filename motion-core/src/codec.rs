@@ -138,15 +138,17 @@ impl<O, P: Framed, F: Framing, const N: usize> Codec<O, P, F, N> {
         self.is_stuck = false;
     }
 
-    /// The next item from the bytes that the frames hold, which are the front of `src`.
+    /// The next item. The bytes that the frames hold are the front of `src`, and stay there until they are part of an item.
     fn next(&mut self, src: &mut BytesMut) -> Option<Item<P, F::Header>> {
-        let item = self.frames.next()?;
-        let len = item.bytes().len().min(src.len());
-        let mut split = || src.split_to(len).freeze();
+        let mut fresh = src.get(self.frames.held()..).unwrap_or_default();
+        let item = self.frames.next_from(&mut fresh)?;
+        let len = item.bytes().len();
         Some(match item {
-            stream::Item::Frame(_) => Item::of(split()),
-            stream::Item::Corrupt { header, why, .. } => Item::Corrupt { header, why, bytes: split() },
-            stream::Item::Noise { why, .. } => Item::Noise { bytes: split(), why },
+            stream::Item::Frame(_) => Item::of(src.split_to(len).freeze()),
+            stream::Item::Corrupt { header, why, .. } => {
+                Item::Corrupt { header, why, bytes: src.split_to(len).freeze() }
+            }
+            stream::Item::Noise { why, .. } => Item::Noise { bytes: src.split_to(len).freeze(), why },
             stream::Item::Fatal(why) => Item::Fatal(why),
         })
     }
@@ -163,21 +165,13 @@ impl<O, P: Framed, F: Framing, const N: usize> Decoder for Codec<O, P, F, N> {
     type Error = io::Error;
 
     fn decode(&mut self, src: &mut BytesMut) -> io::Result<Option<Self::Item>> {
-        loop {
-            match (self.next(src), self.is_stuck) {
-                (Some(Item::Fatal(why)), true) => return Err(io::Error::new(io::ErrorKind::InvalidData, why)),
-                (Some(item), _) => {
-                    self.is_stuck = matches!(item, Item::Fatal(_));
-                    return Ok(Some(item));
-                }
-                (None, _) => {}
+        match (self.next(src), self.is_stuck) {
+            (Some(Item::Fatal(why)), true) => Err(io::Error::new(io::ErrorKind::InvalidData, why)),
+            (Some(item), _) => {
+                self.is_stuck = matches!(item, Item::Fatal(_));
+                Ok(Some(item))
             }
-            // Bytes that the frames hold stay in `src` as well until they are part of an item.
-            match src.get(self.frames.held()..) {
-                None | Some([]) => return Ok(None),
-                // There is room for at least one byte, because the frames have no more items.
-                Some(fresh) => _ = self.frames.push(fresh),
-            }
+            (None, _) => Ok(None),
         }
     }
 

@@ -9,7 +9,7 @@ use std::fmt::Debug;
 use bytes::BytesMut;
 use framings::{Dmc, Hoot, Kos, dmc_frame, hoot_frame, kos_frame};
 use futures_util::{SinkExt, StreamExt};
-use laws::stream::{Drain, Owned, read};
+use laws::stream::{Drain, Feed, Owned, read};
 use motion_core::codec::{self, Item, Outgoing};
 use motion_core::stream::{Fatal, Framing, Noise};
 use motion_core::wire::{DecodeError, EncodeError, Messages, Rest, Side};
@@ -156,7 +156,7 @@ fn streams(marker: &'static [u8], frame: fn(&[u8]) -> Vec<u8>) -> impl Strategy<
 }
 
 fn assert_same<F: OneSide, const N: usize>(stream: &[u8], cuts: &[usize]) {
-    let expected = read::<F, N>(stream, &[], Drain::AtGap, || usize::MAX).items;
+    let expected = read::<F, N>(stream, &[], Drain::AtGap, Feed::Push, || usize::MAX).items;
     assert_eq!(decode::<F, N>(stream, cuts), expected);
 }
 

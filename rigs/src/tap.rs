@@ -16,19 +16,12 @@ impl<F: Framing, const N: usize> Tap<F, N> {
     pub(crate) fn hear(&mut self, from: &str, bytes: &[u8], text: fn(&[u8]) -> String) {
         let Some(frames) = &mut self.0 else { return };
         let mut rest = bytes;
-        while !rest.is_empty() {
-            let taken = frames.push(rest);
-            rest = rest.get(taken..).unwrap_or_default();
-            while let Some(item) = frames.next() {
-                match item {
-                    Item::Frame(frame) => debug!("{from} {}", text(frame.as_ref())),
-                    Item::Noise { bytes, why } => debug!("{from} {} bytes are left out: {why}", bytes.len()),
-                    Item::Corrupt { why, .. } => debug!("{from} {why}"),
-                    Item::Fatal(why) => return debug!("{from} no stream of messages: {why}"),
-                }
-            }
-            if taken == 0 {
-                return;
+        while let Some(item) = frames.next_from(&mut rest) {
+            match item {
+                Item::Frame(frame) => debug!("{from} {}", text(frame.as_ref())),
+                Item::Noise { bytes, why } => debug!("{from} {} bytes are left out: {why}", bytes.len()),
+                Item::Corrupt { why, .. } => debug!("{from} {why}"),
+                Item::Fatal(why) => return debug!("{from} no stream of messages: {why}"),
             }
         }
     }

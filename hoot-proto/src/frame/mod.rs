@@ -151,12 +151,14 @@ impl Header {
 
     /// Length of the data in bytes, 0 to 255.
     #[must_use]
+    #[inline]
     pub fn data_len(&self) -> usize {
         self.len.into()
     }
 
     /// Length of the whole packet in bytes.
     #[must_use]
+    #[inline]
     pub fn frame_len(&self) -> usize {
         frame_len(self.data_len())
     }
@@ -252,12 +254,14 @@ impl<'a> Frame<'a> {
 
     /// All bytes of the packet, with the break.
     #[must_use]
+    #[inline]
     pub fn bytes(&self) -> &'a [u8] {
         self.0.as_bytes()
     }
 }
 
 impl AsRef<[u8]> for Frame<'_> {
+    #[inline]
     fn as_ref(&self) -> &[u8] {
         self.bytes()
     }
@@ -317,6 +321,7 @@ pub fn encode(
 }
 
 /// Length of a packet with this number of bytes of data.
+#[inline]
 pub(crate) fn frame_len(len: usize) -> usize {
     len.saturating_add(HEADER_LEN)
 }

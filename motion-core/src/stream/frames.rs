@@ -6,9 +6,12 @@ use super::{Corrupt, Fatal, Framing, Head, Item, Memo, Noise};
 
 /// Buffer of a stream that finds its frames. It holds at most `N` bytes, at least twice [`Framing::MAX`].
 ///
-/// Use it in a loop: [`push`](Self::push) bytes (or read them into [`spare_mut`](Self::spare_mut) and
-/// [`commit`](Self::commit) them), then call [`next`](Self::next) until it returns `None`. Then there is always room
-/// for more bytes, and each turn of the loop makes progress.
+/// There are two ways to use it:
+///
+/// - Give each piece of received bytes to [`next_from`](Self::next_from), again and again until it returns `None`.
+/// - If the bytes arrive in an interrupt, or are read straight into the buffer: [`push`](Self::push) bytes, or read them into
+///   [`spare_mut`](Self::spare_mut) and [`commit`](Self::commit) them. Then call [`next`](Self::next) until it returns `None`.
+///   After that there is always room for more bytes.
 ///
 /// A buffer smaller than twice the longest frame does not compile. Half of the buffer must be free when the other half
 /// moves to its start, because moving would cost more than reading otherwise.
@@ -28,10 +31,15 @@ pub struct Frames<F: Framing, const N: usize> {
     episode: bool,
     /// Whether fatal errors become noise, until the next valid frame.
     resync: bool,
+    /// Number of bytes that valid frames in the buffer have to take before frames are lent from outside it again.
+    wary: usize,
     /// Number of bytes skipped and moved, and of headers read without finding a frame.
     work: usize,
     memo: F::Memo<N>,
 }
+
+/// Length of a short piece in bytes, below which no frame is lent.
+const SHORT: usize = 128;
 
 /// Result of a look at the bytes from some position on, with its length in bytes.
 enum Found {
@@ -60,6 +68,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
             skip: (0, Noise::NoMarker),
             episode: false,
             resync: false,
+            wary: 0,
             work: 0,
             memo: F::Memo::NEW,
         }
@@ -116,6 +125,12 @@ impl<F: Framing, const N: usize> Frames<F, N> {
     /// The rest of [`push`](Self::push). It is not inlined, to leave more registers to a loop over single bytes.
     #[inline(never)]
     fn push_many(&mut self, bytes: &[u8]) -> usize {
+        let end = self.end;
+        if let Some(spare) = self.buf.get_mut(end..).and_then(|spare| spare.get_mut(..bytes.len())) {
+            spare.copy_from_slice(bytes);
+            self.end = end.wrapping_add(bytes.len());
+            return bytes.len();
+        }
         let spare = self.room(bytes.len());
         let n = spare.len().min(bytes.len());
         if let (Some(spare), Some(bytes)) = (spare.get_mut(..n), bytes.get(..n)) {
@@ -190,6 +205,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         self.skip.0 = 0;
         self.episode = false;
         self.resync = false;
+        self.wary = 0;
     }
 
     /// The next item, borrowed until the following call; `None` if more bytes are needed.
@@ -197,6 +213,123 @@ impl<F: Framing, const N: usize> Frames<F, N> {
     #[expect(clippy::should_implement_trait, reason = "an iterator cannot lend from itself")]
     pub fn next(&mut self) -> Option<Item<'_, F::Frame<'_>, F::Header>> {
         if self.has_unseen() { self.look() } else { None }
+    }
+
+    /// The next item of the held bytes and of the received `bytes` after them; `None` if more bytes are needed. Then
+    /// `bytes` is empty, because all of it was taken.
+    ///
+    /// It is [`push`](Self::push) and [`next`](Self::next) in one, and finds the same items. A frame that lies whole in
+    /// `bytes` is lent from there, and not copied. Only the beginning of a frame that `bytes` cuts off is held.
+    ///
+    /// ```
+    /// # use motion_core::stream::{Frames, Framing, Head, Item, Noise};
+    /// # enum Pair {}
+    /// # impl Framing for Pair {
+    /// #     const MAX: usize = 2;
+    /// #     type Header = ();
+    /// #     type Frame<'a> = &'a [u8];
+    /// #     type Memo<const N: usize> = ();
+    /// #     fn head(bytes: &[u8]) -> Head {
+    /// #         if bytes[0] == b'!' { Head::Total(2) } else { Head::Skip(1, Noise::NoMarker) }
+    /// #     }
+    /// #     fn header(_: &[u8]) -> Option<()> { Some(()) }
+    /// #     fn frame(bytes: &[u8]) -> Option<&[u8]> { Some(bytes) }
+    /// # }
+    /// // A frame of `Pair` is a `!` and one byte.
+    /// let mut frames = Frames::<Pair, 4>::new();
+    /// let mut found = Vec::new();
+    /// for mut received in [&b"!a!b!"[..], b"c!d"] {
+    ///     while let Some(item) = frames.next_from(&mut received) {
+    ///         if let Item::Frame(frame) = item {
+    ///             found.push(frame[1]);
+    ///         }
+    ///     }
+    /// }
+    /// assert_eq!(found, *b"abcd");
+    /// ```
+    ///
+    /// After an [`Item::Fatal`], the rest of `bytes` is not taken.
+    #[inline]
+    pub fn next_from<'s, 'b: 's>(&'s mut self, bytes: &mut &'b [u8]) -> Option<Item<'s, F::Frame<'s>, F::Header>> {
+        // A short piece is copied faster than its frames are lent, because it cuts off nearly as many frames as it holds.
+        if bytes.len() > SHORT && self.held() == 0 && self.wary == 0 {
+            if let Head::Total(len @ 1..) = F::head(bytes) {
+                if let Some((frame, after)) = bytes.split_at_checked(len) {
+                    match F::frame(frame) {
+                        Some(read) if F::Memo::<N>::is_sound(frame) => {
+                            *bytes = after;
+                            self.episode = false;
+                            self.resync = false;
+                            return Some(Item::Frame(read));
+                        }
+                        _ => self.doubt(len),
+                    }
+                }
+            }
+        }
+        match bytes.len() {
+            0 => {}
+            1..=SHORT => {
+                let taken = self.push_many(bytes);
+                *bytes = bytes.get(taken..).unwrap_or_default();
+                if !bytes.is_empty() {
+                    self.fill(bytes);
+                }
+            }
+            _ => self.fill(bytes),
+        }
+        self.next()
+    }
+
+    /// Remembers that a frame of `len` bytes outside the buffer is not valid. The buffer judges it again, and knows what it
+    /// summed. So a frame may be judged outside only after a quarter of its bytes has gone through the buffer: then no byte
+    /// is summed outside more than four times for each byte received.
+    #[cold]
+    fn doubt(&mut self, len: usize) {
+        self.wary = (len / 4).saturating_add(1);
+        self.work = self.work.wrapping_add(len);
+    }
+
+    /// Takes bytes for [`next_from`](Self::next_from), until an item is held or no byte is left.
+    #[inline(never)]
+    fn fill(&mut self, bytes: &mut &[u8]) {
+        loop {
+            // Of a frame that a piece cut off, only the rest is taken, so that the frames after it are lent. After noise, all
+            // bytes go through the buffer.
+            let is_exact = bytes.len() > SHORT && self.wary == 0 && self.held() > 0;
+            if is_exact && self.has_item() {
+                return;
+            }
+            let most = if is_exact { self.needed().saturating_sub(self.held()) } else { bytes.len() };
+            let taken = self.push_many(bytes.get(..most).unwrap_or(bytes));
+            *bytes = bytes.get(taken..).unwrap_or_default();
+            if bytes.is_empty() || (!is_exact && self.has_item()) {
+                return;
+            }
+        }
+    }
+
+    /// Whether [`next`](Self::next) finds an item in the held bytes, and not only the beginning of a frame.
+    fn has_item(&mut self) -> bool {
+        if !self.has_unseen() {
+            return false;
+        }
+        let bytes = self.buf.get(self.start..self.reach()).unwrap_or_default();
+        if self.skip.0 > 0 || bytes.is_empty() || self.cut_off() {
+            return true;
+        }
+        self.work = self.work.wrapping_add(1);
+        match F::head(bytes) {
+            Head::Total(len @ 1..) if len <= bytes.len() => true,
+            Head::Total(total) | Head::More(total) => {
+                let need = total.max(bytes.len().saturating_add(1));
+                if need <= F::MAX {
+                    self.seen = self.start.saturating_add(need).saturating_sub(1);
+                }
+                need > F::MAX
+            }
+            Head::Skip(..) | Head::Fatal(_) => true,
+        }
     }
 
     /// The part of [`next`](Self::next) after the check that there are new bytes.
@@ -220,6 +353,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
                 let item = F::frame(bytes).map_or(Item::Noise { bytes, why: Noise::Refused }, Item::Frame);
                 self.episode = false;
                 self.resync = false;
+                self.wary = self.wary.saturating_sub(len);
                 self.start = from.wrapping_add(len);
                 self.seen = self.start;
                 Some(item)
@@ -263,6 +397,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
             return Some(Item::Noise { bytes: self.take(run), why: Noise::Checksum });
         }
         self.episode = true;
+        self.wary = self.wary.max(1);
         let bytes = self.take(lost.max(1).min(len));
         Some(match header {
             Some(header) => Item::Corrupt { header, why: Corrupt::Checksum { len }, bytes },
@@ -316,6 +451,7 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         let end = at.min(reach);
         let run = end.saturating_sub(self.start);
         self.skip = (if self.cut_off() { 0 } else { at.saturating_sub(end) }, why);
+        self.wary = self.wary.max(1);
         self.work = self.work.wrapping_add(run).wrapping_add(looks);
         run
     }
@@ -453,6 +589,29 @@ mod tests {
     }
 
     #[test]
+    fn a_wrong_framing_can_not_stall_what_is_lent() {
+        let mut frames = Frames::<Liar, 9>::new();
+        let (mut pushed, mut taken) = (0, 0);
+        for byte in 0..=255_u8 {
+            for len in [1, 3, 200] {
+                let piece = [byte, byte.wrapping_mul(77), 8, 4, 9].repeat(len);
+                let mut rest = &piece[..];
+                while let Some(item) = frames.next_from(&mut rest) {
+                    let (fatal, len) = (matches!(item, Item::Fatal(_)), item.bytes().len());
+                    assert!(fatal || len > 0, "an empty item");
+                    taken += len;
+                    if fatal {
+                        frames.resync();
+                    }
+                }
+                assert!(rest.is_empty(), "bytes were left");
+                pushed += piece.len();
+                assert_eq!(taken + frames.held(), pushed);
+            }
+        }
+    }
+
+    #[test]
     fn work_counts_what_is_moved_and_skipped() {
         let mut frames = Frames::<Liar, 9>::new();
         // Two bytes of noise, of which the second has not arrived, then three bytes that wait for a fourth.
@@ -463,9 +622,9 @@ mod tests {
         assert!(matches!(frames.next(), Some(Item::Noise { bytes: [9], .. })));
         assert!(frames.next().is_none());
         assert_eq!(frames.work(), 5, "the other byte skipped, and one look after it");
-        // The three bytes begin at 1 or 2, which is too near to the start to move them.
-        assert_eq!(frames.push(&[0; 9]), 5);
-        assert_eq!((frames.work(), frames.held()), (5, 8));
+        // The three bytes begin at 2, which is too near to the start to move them.
+        assert_eq!(frames.push(&[0; 9]), 4);
+        assert_eq!((frames.work(), frames.held()), (5, 7));
         assert!(matches!(frames.next(), Some(Item::Noise { bytes: [32, 0, ..], .. })));
         while frames.next().is_some() {}
         let (work, held) = (frames.work(), frames.held());

@@ -41,15 +41,11 @@
 //! let mut frames = Frames::<Shout, 64>::new();
 //! let mut texts = Vec::new();
 //! for mut piece in [&b"..!\x05He"[..], b"llo!", b"\x02yo"] {
-//!     while !piece.is_empty() {
-//!         let taken = frames.push(piece);
-//!         piece = &piece[taken..];
-//!         while let Some(item) = frames.next() {
-//!             match item {
-//!                 Item::Frame(frame) => texts.push(frame[2..].to_vec()),
-//!                 Item::Noise { bytes, .. } => assert_eq!(bytes, b".."),
-//!                 Item::Corrupt { .. } | Item::Fatal(_) => unreachable!("it has no checksum and no version"),
-//!             }
+//!     while let Some(item) = frames.next_from(&mut piece) {
+//!         match item {
+//!             Item::Frame(frame) => texts.push(frame[2..].to_vec()),
+//!             Item::Noise { bytes, .. } => assert_eq!(bytes, b".."),
+//!             Item::Corrupt { .. } | Item::Fatal(_) => unreachable!("it has no checksum and no version"),
 //!         }
 //!     }
 //! }

@@ -1,6 +1,6 @@
 //! Streams that are designed to be expensive. Their work is counted, so the tests do not depend on a clock.
 
-use laws::stream::{Drain, read};
+use laws::stream::{Drain, Feed, read};
 use motion_core::stream::Framing;
 
 use crate::framings::{Dmc, Hoot, Kos, dmc_frame, dmc_rescan, hoot_frame, kos_frame};
@@ -22,6 +22,7 @@ fn dense(len: usize) -> Vec<u8> {
 fn dmc_floods(max: usize) -> Vec<(&'static str, Vec<u8>)> {
     let longest = max - 12;
     let after_wrong_length = [dmc_head(longest), dmc_frame(1, 0x34, &[0; 7]).repeat(max / 19)].concat();
+    let in_turn = [dmc_frame(1, 0x34, &[]), dmc_head(longest)].concat();
     let mixed = [dense(8).repeat(max / 10), dense(longest).repeat(max / 10)].concat();
     [
         ("wrong lengths", dmc_head(longest)),
@@ -32,6 +33,7 @@ fn dmc_floods(max: usize) -> Vec<(&'static str, Vec<u8>)> {
         ("dense markers, length 0", dense(0)),
         ("dense markers, mixed", mixed),
         ("valid frames after a wrong length", after_wrong_length),
+        ("valid frames and wrong lengths in turn", in_turn),
         ("markers", b"DF".to_vec()),
         ("markers, every third byte", b"DF\x09".to_vec()),
         ("half markers", b"D".to_vec()),
@@ -70,11 +72,13 @@ fn hoot_floods() -> Vec<(&'static str, Vec<u8>)> {
 /// Checks each flood whole, in pieces of 64 bytes, and byte by byte.
 fn bounded<F: Framing, const N: usize>(floods: Vec<(&'static str, Vec<u8>)>) {
     for (name, flood) in floods {
-        for cut in [usize::MAX, 64, 1] {
-            let work = read::<F, N>(&flood, &[], Drain::AtGap, || cut).work;
+        for (feed, cut) in
+            [(Feed::Push, usize::MAX), (Feed::Lend, usize::MAX), (Feed::Lend, 300), (Feed::Push, 64), (Feed::Push, 1)]
+        {
+            let work = read::<F, N>(&flood, &[], Drain::AtGap, feed, || cut).work;
             let tenths = work * 10 / flood.len();
-            println!("longest frame {}, {name}, pieces of {cut}: {tenths} tenths for each byte", F::MAX);
-            assert!(work <= WORST * flood.len(), "{name}, pieces of {cut}: {work} for {} bytes", flood.len());
+            println!("longest frame {}, {name}, {feed:?}, pieces of {cut}: {tenths} tenths for each byte", F::MAX);
+            assert!(work <= WORST * flood.len(), "{name}, {feed:?} of {cut}: {work} for {} bytes", flood.len());
         }
     }
 }
