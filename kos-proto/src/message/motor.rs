@@ -203,6 +203,7 @@ motion_core::debug! {
 }
 
 impl From<&MotorEntry> for Motor {
+    #[inline]
     fn from(entry: &MotorEntry) -> Self {
         Self {
             motor_address: entry.motor_address(),
@@ -217,6 +218,7 @@ impl From<&MotorEntry> for Motor {
 }
 
 impl From<&OldMotorEntry> for Motor {
+    #[inline]
     fn from(entry: &OldMotorEntry) -> Self {
         Self {
             motor_address: entry.motor_address(),
@@ -258,6 +260,7 @@ impl<'a> MotorInfos<'a> {
     }
 
     /// Motors of the list, in the same form for both dialects.
+    #[inline]
     pub fn iter(&self) -> impl Iterator<Item = Motor> + use<'a> {
         let (new, old): (&[MotorEntry], &[OldMotorEntry]) = match *self {
             Self::New(motors) => (motors, &[]),

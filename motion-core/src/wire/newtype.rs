@@ -309,6 +309,7 @@ macro_rules! element {
         impl $name {
             /// Makes a group from its fields.
             #[must_use]
+            #[inline]
             pub fn new($($field: $type),*) -> Self {
                 Self {
                     $($field: $crate::wire::to_array::<$crate::zerocopy::$order, $type, { <$type as $crate::wire::Field>::SIZE }>($field),)*
@@ -317,6 +318,7 @@ macro_rules! element {
 
             $($(#[$field_meta])*
             #[must_use]
+            #[inline]
             pub fn $field(&self) -> $type {
                 $crate::wire::from_array::<$crate::zerocopy::$order, $type, { <$type as $crate::wire::Field>::SIZE }>(&self.$field)
             })*
