@@ -17,5 +17,6 @@ mod machines {
     mod stops;
     mod together;
     mod tracker;
+    mod without_moves;
     mod world;
 }

@@ -1,4 +1,4 @@
-//! kOS device with three motors that count. It takes all commands, and forgets each move that is stored.
+//! kOS device with three motors that count. It obeys all commands by hand, and stores no moves.
 
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Ticker};
@@ -48,8 +48,7 @@ fn obey(event: &Event<'_>, motors: &mut [Counter; MOTORS]) {
         match *event {
             Event::Move { motor, to, speed, .. } if motor == of => counter.go(to, speed),
             Event::StopMotor { motor, .. } if motor == of => counter.stop(),
-            Event::StopAll | Event::Reboot | Event::MoveToFrame { .. } => counter.stop(),
-            Event::Home { motors, .. } if motors.contains(of) => counter.stop(),
+            Event::StopAll | Event::Reboot => counter.stop(),
             _ => {}
         }
     }
@@ -59,7 +58,7 @@ fn obey(event: &Event<'_>, motors: &mut [Counter; MOTORS]) {
 pub async fn serve<L: Read + Write>(line: &mut L) -> Result<(), L::Error> {
     const CLIENT: SessionId = SessionId(0);
     let mut motors = [Counter::default(); MOTORS];
-    let mut session = CommandSession::new(DeviceMachine::new(Options::default()));
+    let mut session = CommandSession::new(DeviceMachine::without_moves(Options::default()));
     let mut ticker = Ticker::every(Duration::from_millis(1));
     let (mut out, mut arrived) = ([0; 512], [0; 64]);
     let _ = session.report(Report::Started);

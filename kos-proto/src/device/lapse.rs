@@ -9,7 +9,7 @@ use super::stage::{Lapse, Shot};
 use crate::message::{Direction, ErrorCode, MotorSet, PlaybackState};
 use crate::move_summary::{Kind, MoveSummary, Shots};
 
-impl Playback {
+impl<const MOVES: bool> Playback<MOVES> {
     /// The time lapse begins: with photos before the move, or with the move.
     pub(super) fn begin_lapse(&mut self, now: Millis, output: &mut Effects<'_, '_>, rig: Rig<'_>, plan: &MoveSummary) {
         let Some(shots) = plan.shots() else { return };

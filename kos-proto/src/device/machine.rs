@@ -33,8 +33,11 @@ states! {
 }
 
 /// Machine of a device: see the [module](super).
+///
+/// A device has `MOVES`, unless its machine is made [`without_moves`](Self::without_moves). Then the program has no code to check
+/// and to play moves.
 #[derive(Clone, PartialEq, Eq, Hash)]
-pub struct DeviceMachine {
+pub struct DeviceMachine<const MOVES: bool = true> {
     pub(super) options: Options,
     on: bool,
     /// Time at which the device tells its address again.
@@ -43,7 +46,7 @@ pub struct DeviceMachine {
     pub(super) drives: Drives,
     /// Motors of which nobody knows whether they rest: they went off line while they moved, or the device started anew.
     pub(super) gone: MotorSet,
-    pub(super) playback: Playback,
+    pub(super) playback: Playback<MOVES>,
     /// Time at which the shutter of a single photo closes.
     pub(super) shutter: Option<Millis>,
     inputs: AuxInputs,
@@ -51,14 +54,31 @@ pub struct DeviceMachine {
     platform: u8,
 }
 
-debug! { DeviceMachine { options on announce sessions drives gone playback shutter inputs leds platform } }
+debug! { [impl<const MOVES: bool>] DeviceMachine<MOVES> { options on announce sessions drives gone playback shutter inputs leds platform } }
 
-machine! { DeviceMachine }
+machine! { [impl<const MOVES: bool>] DeviceMachine<MOVES> }
 
 impl DeviceMachine {
     /// Makes a device that is switched off: [`Report::Started`] follows.
     #[must_use]
     pub fn new(options: Options) -> Self {
+        Self::with(options)
+    }
+}
+
+impl DeviceMachine<false> {
+    /// Makes a device that stores and plays no moves, and that is switched off: [`Report::Started`] follows.
+    ///
+    /// It answers `TrajectoryData`, `SetupPlayback`, `StartPlayback` and `RapidToFirstKeyFrame` with `UnsupportedMessage`, and the
+    /// question for its move with a message without blocks. `StopPlayback` stops everything, as on each device.
+    #[must_use]
+    pub fn without_moves(options: Options) -> Self {
+        Self::with(options)
+    }
+}
+
+impl<const MOVES: bool> DeviceMachine<MOVES> {
+    fn with(options: Options) -> Self {
         Self {
             options,
             on: false,
@@ -200,7 +220,7 @@ impl DeviceMachine {
             HostMessage::GetTrajectoryData(_) => {
                 output.answer(Contents::TrajectoryData { stored: self.playback.plan().is_some() });
             }
-            HostMessage::SetTrajectoryData(data) => self.playback.store(output, data),
+            HostMessage::SetTrajectoryData(data) if MOVES => self.playback.store(output, data),
             HostMessage::GetDeviceGUID(_) => output.answer(Contents::DeviceGuid),
             HostMessage::GetSoftwareID(_) => output.answer(Contents::SoftwareId { platform: self.platform }),
             HostMessage::SetSoftwareID(software) => {
@@ -211,17 +231,17 @@ impl DeviceMachine {
             HostMessage::ResetAxis(message) => self.reset_axis(output, message.motor_address),
             HostMessage::MarkBeginPosition(message) => self.mark_begin(output, message.motor_address),
             HostMessage::MarkEndPosition(message) => self.mark_end(output, message.motor_address),
-            HostMessage::SetupPlayback(message) => {
+            HostMessage::SetupPlayback(message) if MOVES => {
                 if let Some(way) = self.way(output, message.direction, message.start_time) {
                     self.playback.setup(now, output, rig, way, message.delay_return.get());
                 }
             }
-            HostMessage::StartPlayback(message) => {
+            HostMessage::StartPlayback(message) if MOVES => {
                 if let Some(way) = self.way(output, message.direction, message.start_time) {
                     self.playback.start(now, output, rig, way);
                 }
             }
-            HostMessage::RapidToFirstKeyFrame(_) => self.playback.rapid(now, output, rig),
+            HostMessage::RapidToFirstKeyFrame(_) if MOVES => self.playback.rapid(now, output, rig),
             HostMessage::TakePicture(message) => self.take_picture(now, output, message.exposure),
             HostMessage::SetPositionSpeedAcceleration(message) => {
                 let pace = (message.speed, message.acceleration);
@@ -252,7 +272,7 @@ impl DeviceMachine {
         output.ignore(Ignored::Malformed(session, error));
         if self.sessions.state(session) == clients::State::Unlocked {
             match about {
-                (MessageId::TRAJECTORY_DATA, MessageType::SET, _) => self.playback.forget(output),
+                (MessageId::TRAJECTORY_DATA, MessageType::SET, _) if MOVES => self.playback.forget(output),
                 about => unknown(output, session, about),
             }
         }
@@ -309,7 +329,7 @@ impl DeviceMachine {
             output.event(Event::Disconnect { session, reason: DisconnectReason::Reset });
         }
         output.event(Event::Reboot);
-        *self = Self { platform: self.platform, gone: self.moving(), ..Self::new(self.options) };
+        *self = Self { platform: self.platform, gone: self.moving(), ..Self::with(self.options) };
     }
 
     /// Closes a connection, after what its client moved by hand is stopped.

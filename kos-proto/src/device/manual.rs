@@ -15,7 +15,7 @@ use crate::message::{
 };
 use crate::times::millis;
 
-impl DeviceMachine {
+impl<const MOVES: bool> DeviceMachine<MOVES> {
     /// Clients that asked and are not told anyway.
     fn waiting(&self, output: &Effects<'_, '_>) -> Sessions {
         let locked = |&session: &SessionId| self.sessions.state(session) == clients::State::Locked;

@@ -34,9 +34,9 @@ impl<'r> Rig<'r> {
     }
 }
 
-/// Move of a device, and its stage.
+/// Move of a device, and its stage. Without `MOVES`, the stage is always `Empty`, and the linker leaves out the code of all others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) struct Playback {
+pub(super) struct Playback<const MOVES: bool> {
     stage: Stage,
     plan: Option<MoveSummary>,
     /// State that was told last.
@@ -47,19 +47,23 @@ pub(super) struct Playback {
     pub(super) photos: u32,
 }
 
-impl Default for Playback {
+impl<const MOVES: bool> Default for Playback<MOVES> {
     fn default() -> Self {
         Self { stage: Stage::Empty, plan: None, status: PlaybackState::NO_MOVE, loops: 0, photos: 0 }
     }
 }
 
-impl Playback {
+impl<const MOVES: bool> Playback<MOVES> {
+    const fn stage(&self) -> &Stage {
+        if MOVES { &self.stage } else { &Stage::Empty }
+    }
+
     pub(super) const fn state(&self) -> State {
-        self.stage.state()
+        self.stage().state()
     }
 
     pub(super) const fn plan(&self) -> Option<&MoveSummary> {
-        self.plan.as_ref()
+        if MOVES { self.plan.as_ref() } else { None }
     }
 
     pub(super) const fn status(&self) -> PlaybackState {
@@ -67,12 +71,12 @@ impl Playback {
     }
 
     pub(super) fn mode(&self) -> PlaybackMode {
-        self.plan.as_ref().map_or(PlaybackMode::LIVE_MOTION, MoveSummary::mode)
+        self.plan().map_or(PlaybackMode::LIVE_MOTION, MoveSummary::mode)
     }
 
     /// Time until the move begins.
     pub(super) fn remaining(&self, now: Millis) -> Seconds {
-        match self.stage {
+        match *self.stage() {
             Stage::Delay { until, .. } => seconds(until.since(now)),
             _ => Seconds(0.0),
         }
@@ -80,13 +84,13 @@ impl Playback {
 
     /// Part of the move that is over; on the way back it becomes less.
     pub(super) fn elapsed(&self, now: Millis) -> Normalized {
-        match self.stage {
+        match *self.stage() {
             Stage::Leg(Leg { way, from, until, .. }) => match way {
                 Direction::Forward => part(now.since(from), until.since(from)),
                 Direction::Reverse => part(until.since(now), until.since(from)),
             },
             Stage::Lapse(_) => {
-                let shots = self.plan.as_ref().and_then(MoveSummary::shots);
+                let shots = self.plan().and_then(MoveSummary::shots);
                 shots.map_or(Normalized(0.0), |shots| part(self.photos.into(), shots.moving.into()))
             }
             _ => Normalized(0.0),
@@ -94,13 +98,13 @@ impl Playback {
     }
 
     pub(super) fn deadline(&self) -> Option<Millis> {
-        self.stage.deadline()
+        self.stage().deadline()
     }
 
     /// Tells the state of the move.
     pub(super) fn set_status(&mut self, now: Millis, output: &mut Effects<'_, '_>, rig: Rig<'_>, state: PlaybackState) {
         self.status = state;
-        let motors = self.plan.map_or(MotorSet::NONE, |plan| plan.motors);
+        let motors = self.plan().map_or(MotorSet::NONE, |plan| plan.motors);
         output.status(state, self.elapsed(now), self.photos, rig.drives.positions(motors));
     }
 
@@ -139,7 +143,7 @@ impl Playback {
             output.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
             return None;
         }
-        let checked = self.plan.ok_or((ErrorCode::CANNOT_EXECUTE_MOVE, MotorAddress::ALL));
+        let checked = self.plan().copied().ok_or((ErrorCode::CANNOT_EXECUTE_MOVE, MotorAddress::ALL));
         let checked = checked.and_then(|plan| able(&plan, rig.drives).map(|()| plan));
         checked.map_err(|(code, motor)| output.answer_error(code, motor)).ok()
     }
@@ -191,7 +195,7 @@ impl Playback {
             output.refuse(ErrorCode::CANNOT_EXECUTE_MOVE);
         } else if begins(now, &plan, rig.options).is_err() {
             output.refuse(ErrorCode::INVALID_MOVE_TIME);
-        } else if self.stage == (Stage::Ready { home: Some(way) }) {
+        } else if *self.stage() == (Stage::Ready { home: Some(way) }) {
             self.gate(now, output, rig, &plan, way);
         } else {
             self.go_home(now, output, rig, &plan, Next::Start, way);
@@ -305,6 +309,7 @@ impl Playback {
     /// Notes that a motor is where it was sent.
     pub(super) fn arrived(&mut self, now: Millis, output: &mut Effects<'_, '_>, rig: Rig<'_>, motor: MotorAddress) {
         match &mut self.stage {
+            _ if !MOVES => {}
             Stage::Homing { waiting, .. } => {
                 waiting.remove(motor);
                 self.is_home(now, output, rig);
@@ -320,15 +325,17 @@ impl Playback {
 
     /// Motors that the move moves, and that have to come to rest when it is stopped.
     pub(super) fn travelling(&self) -> MotorSet {
-        match self.stage {
+        match *self.stage() {
             Stage::Homing { waiting, .. } | Stage::Lapse(Lapse::Moving { waiting, .. }) => waiting,
-            Stage::Leg(_) | Stage::Lapse(Lapse::Continuous(_)) => self.plan.map_or(MotorSet::NONE, |plan| plan.motors),
+            Stage::Leg(_) | Stage::Lapse(Lapse::Continuous(_)) => {
+                self.plan().map_or(MotorSet::NONE, |plan| plan.motors)
+            }
             _ => MotorSet::NONE,
         }
     }
 
     pub(super) const fn is_homing(&self) -> bool {
-        matches!(self.stage, Stage::Homing { .. })
+        matches!(self.stage(), Stage::Homing { .. })
     }
 
     /// Notes that a motor was moved by hand, or its range changed: it may not be where the move begins any more.
@@ -347,7 +354,7 @@ impl Playback {
         if self.deadline().is_none_or(|deadline| deadline > now) {
             return Ok(());
         }
-        match self.stage {
+        match *self.stage() {
             Stage::Empty | Stage::Loaded | Stage::Ready { .. } => {}
             Stage::Homing { .. } => return Err(ErrorCode::RETURN_TO_FIRST_KEYFRAME),
             Stage::Delay { way, .. } => {

@@ -69,8 +69,8 @@ impl Held {
 /// `CAP`. A longer message is skipped.
 ///
 /// By default it takes pieces of 4096 bytes. For a device without moves there is [`CommandSession`].
-pub struct Session<const N: usize = { 2 * MAX_FRAME + 4095 }, const CAP: usize = MAX_FRAME> {
-    machine: DeviceMachine,
+pub struct Session<const N: usize = { 2 * MAX_FRAME + 4095 }, const CAP: usize = MAX_FRAME, const MOVES: bool = true> {
+    machine: DeviceMachine<MOVES>,
     clients: [Link<N, CAP>; SESSIONS],
     /// Client from which the last message came.
     last: usize,
@@ -79,23 +79,23 @@ pub struct Session<const N: usize = { 2 * MAX_FRAME + 4095 }, const CAP: usize =
     stops_again: bool,
 }
 
-/// Device without moves: it takes messages of up to [`COMMAND_FRAME`] bytes, in pieces of 64 bytes.
-pub type CommandSession = Session<{ 2 * COMMAND_FRAME + 63 }, COMMAND_FRAME>;
+/// Device [without moves](DeviceMachine::without_moves): it takes messages of up to [`COMMAND_FRAME`] bytes, in pieces of 64 bytes.
+pub type CommandSession = Session<{ 2 * COMMAND_FRAME + 63 }, COMMAND_FRAME, false>;
 
-impl<const N: usize, const CAP: usize> Session<N, CAP> {
+impl<const N: usize, const CAP: usize, const MOVES: bool> Session<N, CAP, MOVES> {
     /// Number of bytes that [`receive`](Self::receive) always takes after [`poll`](Self::poll) said to wait.
     pub const PIECE: usize = Link::<N, CAP>::PIECE;
 
     /// Makes a session of this machine, without clients.
     #[must_use]
-    pub const fn new(machine: DeviceMachine) -> Self {
+    pub const fn new(machine: DeviceMachine<MOVES>) -> Self {
         let clients = [Link::new(PATIENCE), Link::new(PATIENCE), Link::new(PATIENCE), Link::new(PATIENCE)];
         Self { machine, clients, last: 0, agenda: Agenda::new(), stops_again: false }
     }
 
     /// Machine of the session, for reading its state.
     #[must_use]
-    pub const fn machine(&self) -> &DeviceMachine {
+    pub const fn machine(&self) -> &DeviceMachine<MOVES> {
         &self.machine
     }
 
@@ -264,7 +264,7 @@ fn sets_in_motion(input: &Input<'_>) -> bool {
     }
 }
 
-impl<const N: usize, const CAP: usize> session::Session for Session<N, CAP> {
+impl<const N: usize, const CAP: usize, const MOVES: bool> session::Session for Session<N, CAP, MOVES> {
     type Source<'s> = Source<'s>;
     type Line = (SessionId, Transport);
     type Destination = Destination;
@@ -334,9 +334,9 @@ impl<const N: usize, const CAP: usize> session::Session for Session<N, CAP> {
     }
 }
 
-session_device! { [impl<const N: usize, const CAP: usize>] Session<N, CAP> }
+session_device! { [impl<const N: usize, const CAP: usize, const MOVES: bool>] Session<N, CAP, MOVES> }
 
-impl<const N: usize, const CAP: usize> fmt::Debug for Session<N, CAP> {
+impl<const N: usize, const CAP: usize, const MOVES: bool> fmt::Debug for Session<N, CAP, MOVES> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (machine, held) = (&self.machine, self.held());
         f.debug_struct("Session").field("machine", machine).field("held", &held).finish_non_exhaustive()

@@ -139,6 +139,29 @@ pub(crate) enum DeviceOp {
     Wake,
 }
 
+impl DeviceOp {
+    /// Input of a device whose password is `open`.
+    pub(crate) fn input(&self) -> device::Input<'_> {
+        let password = Password(b"open");
+        match *self {
+            Self::Open(session, transport) => device::Input::LinkUp { session, transport, password },
+            Self::Closed(session) => device::Input::LinkDown(session),
+            Self::Fatal(session) => device::Input::Fatal(session),
+            Self::Message(session, ref wire) => match wire.decode() {
+                Ok(message) => device::Input::Received { session, message, bytes: &wire.body, password },
+                Err((id, kind, error)) => device::Input::Malformed { session, id, kind, error, bytes: &wire.body },
+            },
+            Self::Datagram(ref wire) => wire.decode().map_or(device::Input::Wake, |message| device::Input::Datagram {
+                from: device::Sender { address: Ipv4(1), port: 1 },
+                message,
+            }),
+            Self::Stop => device::Input::Stop,
+            Self::Rig(report) => device::Input::Rig(report),
+            Self::Wake => device::Input::Wake,
+        }
+    }
+}
+
 pub(crate) fn device_op() -> impl Strategy<Value = DeviceOp> {
     let session = || (0..5_u8).prop_map(SessionId);
     let transport = prop::sample::select(vec![Transport::Tcp, Transport::Usb]);
@@ -555,35 +578,7 @@ proptest! {
         }
         for (time, op) in &ops {
             now = time.pass(now, device.wake);
-            let stored = Password(b"open");
-            let decoded;
-            let input = match op {
-                DeviceOp::Open(session, transport) => {
-                    device::Input::LinkUp { session: *session, transport: *transport, password: stored }
-                }
-                DeviceOp::Closed(session) => device::Input::LinkDown(*session),
-                DeviceOp::Fatal(session) => device::Input::Fatal(*session),
-                DeviceOp::Message(session, wire) => {
-                    decoded = wire.decode::<HostMessage<'_>>();
-                    match decoded {
-                        Ok(message) => {
-                            device::Input::Received { session: *session, message, bytes: &wire.body, password: stored }
-                        }
-                        Err((id, kind, error)) => {
-                            device::Input::Malformed { session: *session, id, kind, error, bytes: &wire.body }
-                        }
-                    }
-                }
-                DeviceOp::Datagram(wire) => match wire.decode::<HostMessage<'_>>() {
-                    Ok(message) => {
-                        device::Input::Datagram { from: device::Sender { address: Ipv4(1), port: 1 }, message }
-                    }
-                    Err(_) => device::Input::Wake,
-                },
-                DeviceOp::Stop => device::Input::Stop,
-                DeviceOp::Rig(report) => device::Input::Rig(*report),
-                DeviceOp::Wake => device::Input::Wake,
-            };
+            let input = op.input();
             let (early, before) = (device.wake.is_some_and(|wake| wake > now), device.machine.clone());
             let output = device.step_whole(now, input, device::Input::Wake);
             device_holds(&before, &device.machine, &input, &output);

@@ -7,8 +7,9 @@
 #[doc(hidden)]
 #[macro_export]
 macro_rules! machine {
-    ($name:ident) => {
-        impl $name {
+    ($name:ident) => { $crate::machine! { [impl] $name } };
+    ([$($impl:tt)*] $name:ty) => {
+        $($impl)* $name {
             /// Takes an input at a moment and returns all that follows from it.
             ///
             /// Carry out the effects in their order, then wait until something happens, at most until the wake.
@@ -28,7 +29,7 @@ macro_rules! machine {
             }
         }
 
-        impl $crate::machine::Machine for $name {
+        $($impl)* $crate::machine::Machine for $name {
             type Input<'a> = Input<'a>;
             type Output<'a> = Output<'a>;
 
@@ -79,12 +80,15 @@ macro_rules! states {
 #[macro_export]
 macro_rules! debug {
     ($($name:ident { $($field:ident)* })*) => {$(
-        impl core::fmt::Debug for $name {
+        $crate::debug! { [impl] $name { $($field)* } }
+    )*};
+    ([$($impl:tt)*] $name:ident $(<$($param:ident),*>)? { $($field:ident)* }) => {
+        $($impl)* core::fmt::Debug for $name $(<$($param),*>)? {
             fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
                 f.debug_struct(stringify!($name))$(.field(stringify!($field), &self.$field))*.finish()
             }
         }
-    )*};
+    };
 }
 
 /// Makes the `Display` of enums: a plain text for each variant, whose fields can be used in it.

@@ -41,6 +41,9 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
 
     let mut client: host::Session = host::Session::new(host::Options::default());
     let mut device: device::Session<40_000> = device::Session::new(DeviceMachine::new(device::Options::default()));
+    let mut plain = device::CommandSession::new(DeviceMachine::without_moves(device::Options::default()));
+    told(plain.report(Report::Started), out)?;
+    told(plain.link_up(SessionId(0), Transport::Usb), out)?;
     let (mut now, mut room) = (Millis(0), [0; ROOM]);
     for bytes in input.chunks(48) {
         let [what, gap, a, b, ..] = first::<48>(bytes);
@@ -98,7 +101,15 @@ fn kos(input: &[u8], out: &mut dyn Write) -> fmt::Result {
                 break;
             }
         }
-        writeln!(out, "{client:?} {} {device:?}", client.may_move())?;
+        writeln!(out, "{}", plain.receive(now, SessionId(0), bytes))?;
+        for _ in 0..TURNS {
+            let next = plain.poll(now, &device::Source::default(), &mut room);
+            let waits = matches!(next, Ok(device::Next::Wait(_)) | Err(_));
+            if !turn(next, waits, out)? {
+                break;
+            }
+        }
+        writeln!(out, "{client:?} {} {device:?} {plain:?}", client.may_move())?;
     }
     Ok(())
 }
