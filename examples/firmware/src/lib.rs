@@ -1,8 +1,8 @@
 //! Devices for an emulated Cortex-M4 (the board mps2-an386), with embassy: a DMC device, a hoot node and a kOS device.
 //!
 //! Each device is an async function over any line that has the traits of `embedded-io-async`. Its motors are counters. The
-//! programs in `src/bin` run the devices on the serial port of the board. The program `loopback` runs the DMC device and the hoot
-//! node over lines in memory against hosts, and prints OK:
+//! programs in `src/bin` run the devices on the serial port of the board. The program `loopback` runs the three
+//! over lines in memory against hosts, and prints OK:
 //!
 //! ```console
 //! rustup target add thumbv7em-none-eabihf

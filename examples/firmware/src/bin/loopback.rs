@@ -18,7 +18,7 @@ use embassy_sync::blocking_mutex::{Mutex, raw::CriticalSectionRawMutex};
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
 use firmware::line::{End, Line};
-use firmware::{board, dmc, hoot};
+use firmware::{board, dmc, hoot, kos};
 use motion_core::machine::Token;
 use motion_core::time::Millis;
 
@@ -53,21 +53,24 @@ async fn main(_spawner: Spawner) {
             board::exit(false)
         }
     }
-    let (dmc_line, hoot_line) = (Line::new(), Line::new());
-    let ((dmc_host_end, mut dmc_end), (master_end, mut node_end)) = (dmc_line.ends(), hoot_line.ends());
-    let mut steps = [c"DMC: nothing happened", c"hoot: nothing happened"];
-    let [dmc_step, hoot_step] = &mut steps;
-    let dmc = passes(dmc_host(dmc_host_end, dmc_step), dmc::serve(&mut dmc_end)).await;
-    let hoot = passes(hoot_master(master_end, hoot_step), hoot::serve(&mut node_end)).await;
-    for (passed, step) in [dmc, hoot].into_iter().zip(steps) {
-        if !passed {
-            board::print(step);
-        }
+    let lines: [Line; 3] = core::array::from_fn(|_| Line::new());
+    let [(dmc_host_end, mut dmc_end), (master_end, mut node_end), (client_end, mut kos_end)] =
+        lines.each_ref().map(Line::ends);
+    let mut steps = [c"DMC: nothing happened", c"hoot: nothing happened", c"kOS: nothing happened"];
+    let [dmc_step, hoot_step, kos_step] = &mut steps;
+    let passed = [
+        passes(dmc_host(dmc_host_end, dmc_step), dmc::serve(&mut dmc_end)).await,
+        passes(hoot_master(master_end, hoot_step), hoot::serve(&mut node_end)).await,
+        passes(kos_client(client_end, kos_step), kos::serve(&mut kos_end)).await,
+    ];
+    for (step, _) in steps.into_iter().zip(passed).filter(|(_, passed)| !passed) {
+        board::print(step);
     }
-    if dmc && hoot {
+    let is_ok = !passed.contains(&false);
+    if is_ok {
         board::print(c"OK");
     }
-    board::exit(dmc && hoot)
+    board::exit(is_ok)
 }
 
 /// Runs a host against a device, for ten seconds at most. Returns whether the host came to its end.
@@ -266,6 +269,78 @@ async fn hoot_master(mut line: End<'_>, step: &mut Failed) {
         if given.is_err() {
             *step = c"hoot: a command was not taken";
         }
+    }
+    core::future::pending().await
+}
+
+/// Jogs a motor, stops it on its way, and sends it back to where it began.
+async fn kos_client(mut line: End<'_>, step: &mut Failed) {
+    use kos_proto::host::{Endpoint, Event, Get, Go, Next, Options, Outcome, Session, Source, StopTarget};
+    use kos_proto::message::{Motor, MotorAddress, Rotations, RotationsPerSecond, RotationsPerSecondSquared};
+
+    let (motor, begin) = (MotorAddress(1), Rotations(0.0));
+    let (speed, acceleration) = (RotationsPerSecond(10.0), RotationsPerSecondSquared(100.0));
+    let mut rests_at = begin;
+    let mut session: Session = Session::new(Options::default());
+    let (mut out, mut arrived) = ([0; 512], [0; 64]);
+    let mut given = session.connect(Token(1), Endpoint::Usb);
+    loop {
+        if given.is_err() {
+            *step = c"kOS: a command was not taken";
+        }
+        let told = match session.poll(now(), &Source::default(), &mut out) {
+            Ok(Next::Transmit(message)) => {
+                let Ok(()) = line.write_all(message).await;
+                continue;
+            }
+            Ok(Next::Wait(until)) => {
+                let len = wait(&mut line, until, &mut arrived).await;
+                let _ = session.receive(now(), &arrived[..len]);
+                continue;
+            }
+            Ok(Next::Broadcast(_)) => continue,
+            Ok(Next::Event(event)) => event,
+            Err(_) => break *step = c"kOS: a message cannot be written",
+        };
+        given = match told {
+            Event::Connect(_) => {
+                session.link_up();
+                Ok(())
+            }
+            Event::Ready { .. } => {
+                *step = c"kOS: ready";
+                session.jog(Token(2), motor, speed, acceleration)
+            }
+            Event::Ended { token: Token(2), outcome: Outcome::Sent } => {
+                *step = c"kOS: the motor moves";
+                Timer::after_millis(100).await;
+                session.stop(Token(3))
+            }
+            Event::MotorRests(MotorAddress(1), position) => {
+                rests_at = position;
+                Ok(())
+            }
+            Event::Stopped(StopTarget::All) if (0.1..9.0).contains(&rests_at.0) => {
+                *step = c"kOS: the motor rests on its way";
+                session.get(Token(4), Get::MotorInfo)
+            }
+            Event::Ended { token: Token(4), outcome: Outcome::Done(_) } => {
+                let knows = |known: &Motor| known.motor_address == motor && known.position == rests_at;
+                if session.machine().motors().any(knows) {
+                    *step = c"kOS: the motor is known to rest where it was stopped";
+                    session.move_to(Token(5), Go { motor, position: begin, speed, acceleration })
+                } else {
+                    Ok(())
+                }
+            }
+            Event::Ended { token: Token(5), outcome: Outcome::Done(_) } if rests_at == begin => {
+                if !session.may_move() {
+                    return;
+                }
+                Ok(())
+            }
+            _ => Ok(()),
+        };
     }
     core::future::pending().await
 }
