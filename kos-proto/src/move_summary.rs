@@ -135,7 +135,7 @@ impl MoveSummary {
     /// [`SummaryError`], if the move takes no time (decision K-J10), has no motors, or [`Trajectory::new`] refuses it.
     pub fn of(data: &TrajectoryData<'_>) -> Result<Self, SummaryError> {
         let trajectory = Trajectory::new(data)?;
-        let motors = MotorSet::of(trajectory.tracks().map(|track| track.motor()));
+        let motors = trajectory.motors();
         if motors.is_empty() {
             return Err(MoveError::NoMotors.into());
         }

@@ -254,8 +254,10 @@ pub struct BlockIter<'a> {
 impl<'a> Iterator for BlockIter<'a> {
     type Item = Block<'a>;
 
-    #[expect(clippy::inline_always, reason = "the function that it calls is inlined too")]
-    #[inline(always)]
+    // In firmware the code has to be short, because it has to be stored.
+    #[cfg_attr(target_os = "none", inline(never))]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
+    #[allow(clippy::inline_always, reason = "the function that it calls is inlined too")]
     fn next(&mut self) -> Option<Block<'a>> {
         let (block, behind) = split_block(self.bytes).ok()?;
         self.bytes = behind;

@@ -12,7 +12,7 @@ use super::play::{Play, Style, TimeLapseMotion};
 use super::rules;
 use super::values::Points;
 use crate::lint::Context;
-use crate::message::{MotorAddress, Rotations};
+use crate::message::{MotorAddress, MotorSet, Rotations};
 
 /// Move that was read from blocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -51,6 +51,11 @@ impl<'a> Trajectory<'a> {
     #[must_use]
     pub const fn play(&self) -> Play {
         self.play
+    }
+
+    /// Motors that take part.
+    pub(crate) fn motors(&self) -> MotorSet {
+        MotorSet::of(self.blocks.axes().map(|axis| axis.motor_address))
     }
 
     /// Motors and their ways, in the order of their blocks.
