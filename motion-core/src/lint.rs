@@ -97,6 +97,9 @@ impl fmt::Debug for Lint {
 ///
 /// Rules that are written for any collector cost a receiver only what it keeps.
 pub trait Findings {
+    /// Whether warnings are kept. Rules need not look for what is not kept.
+    const KEEPS_WARNINGS: bool = true;
+
     /// Adds a finding.
     fn push(&mut self, severity: Severity, what: &'static str, problem: Problem);
 

@@ -41,6 +41,7 @@ debug! { DeviceMachine { options motion on_frame upload moving live inputs is_sh
 #[derive(Clone, Copy)]
 pub(super) struct Request<'a> {
     pub(super) id: MessageId,
+    pub(super) kind: MessageType,
     pub(super) message: HostMessage<'a>,
     /// Answer of the rig.
     pub(super) rig: AckCode,
@@ -152,17 +153,17 @@ impl DeviceMachine {
     }
 
     fn received<'a>(&mut self, now: Millis, output: &mut Output<'a>, request: &Request<'a>) {
-        let Request { id, message, .. } = *request;
-        if message.kind().is_ack() {
-            return output.event(Event::Acknowledgement(id, message.kind()));
+        let Request { id, kind, message, .. } = *request;
+        if kind.is_ack() {
+            return output.event(Event::Acknowledgement(id, kind));
         }
         let answer = if message.conduct().is_stop() {
             self.stop(now, output, &message).map(|()| Some(AckCode::OK))
         } else {
-            self.refusal(&message).and_then(|()| self.serve(now, output, request))
+            self.refusal(request).and_then(|()| self.serve(now, output, request))
         };
         if let Some(code) = answer.unwrap_or_else(Some) {
-            self.ack(output, id, message.kind(), code);
+            self.ack(output, id, kind, code);
             let tells = matches!(
                 message,
                 HostMessage::MotorStop(_) | HostMessage::MotorStopAll(_) | HostMessage::RtPositionFrame(_)
@@ -174,15 +175,13 @@ impl DeviceMachine {
     }
 
     /// Refuses a request that this device cannot take at all, or not while it is locked.
-    fn refusal(&self, message: &HostMessage<'_>) -> Answer {
-        let locked = self.lock_code(message.kind());
+    fn refusal(&self, Request { kind, message, .. }: &Request<'_>) -> Answer {
+        let locked = self.lock_code(*kind);
         if locked.is_some() && self.has(Quirks::ONE_LOCK_CODE) {
             return locked.map_or(Ok(()), Err);
         }
         // The stream decides how long a frame may be (decision D-10).
-        let mut context = Context::of(self.options.hi());
-        context.max_data = usize::MAX;
-        let code = message.refusal(&context).filter(|&code| {
+        let code = message.refusal_of_values(&Context::of(self.options.hi())).filter(|&code| {
             !self.has(Quirks::FEW_CHECKS) || code == AckCode::ERR_UNSUPPORTED || self.names_absent_motor(message)
         });
         code.or(locked).map_or(Ok(()), Err)
@@ -320,7 +319,7 @@ impl DeviceMachine {
             self.at_rest()?;
             self.on_frame = None;
         }
-        let store = self.upload.receive(request.id, &request.message)?;
+        let store = self.upload.receive(request.id, request.kind, &request.message)?;
         output.event(Event::Store { store, message: request.message });
         Ok(())
     }
@@ -364,7 +363,9 @@ impl DeviceMachine {
         match input {
             Input::LinkUp => Self::tell(output, self.greeting()),
             Input::LinkDown => self.link_down(now, output),
-            Input::Received { id, message, rig } => self.received(now, output, &Request { id, message, rig }),
+            Input::Received { id, message, rig } => {
+                self.received(now, output, &Request { id, kind: message.kind(), message, rig });
+            }
             Input::Malformed(id, kind) | Input::Corrupt(id, kind) if kind.is_ack() => {
                 output.event(Event::Acknowledgement(id, kind));
             }

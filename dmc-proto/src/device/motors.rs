@@ -51,7 +51,7 @@ impl DeviceMachine {
         self.on_frame = None;
         output.event(Event::Apply(request.message));
         if self.has(Quirks::POSITIONS_AFTER_ACK) {
-            self.ack(output, request.id, request.message.kind(), AckCode::OK);
+            self.ack(output, request.id, request.kind, AckCode::OK);
             output.transmit(Transmit { id: request.id, contents: self.positions() });
             return Ok(());
         }
@@ -59,7 +59,7 @@ impl DeviceMachine {
         if told_first {
             self.report(now, output);
         }
-        self.ack(output, request.id, request.message.kind(), AckCode::OK);
+        self.ack(output, request.id, request.kind, AckCode::OK);
         if !told_first {
             self.report(now, output);
         }

@@ -203,17 +203,18 @@ impl<const N: usize, const CAP: usize> session::Session for Session<N, CAP> {
     }
 
     fn event(&self, held: Held) -> Event<'_> {
+        if let Held::Event(event) = held {
+            return event;
+        }
         // The stream has verified the frame.
-        let message = || Dmc::<CAP>::frame(self.link.last()).and_then(|frame| input::message(&frame).ok());
-        let event = match held {
-            Held::Event(event) => Some(event),
-            Held::Apply => message().map(Event::Apply),
-            Held::MoveVirtual => message().map(Event::MoveVirtual),
-            Held::Prepare => message().map(Event::Prepare),
-            Held::Store(store) => message().map(|message| Event::Store { store, message }),
-            Held::Transmit(_) => None,
-        };
-        event.unwrap_or(Event::UnexpectedReport)
+        let message = Dmc::<CAP>::frame(self.link.last()).and_then(|frame| input::message(&frame).ok());
+        match (held, message) {
+            (Held::Apply, Some(message)) => Event::Apply(message),
+            (Held::MoveVirtual, Some(message)) => Event::MoveVirtual(message),
+            (Held::Prepare, Some(message)) => Event::Prepare(message),
+            (Held::Store(store), Some(message)) => Event::Store { store, message },
+            _ => Event::UnexpectedReport,
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 //! The values lie in the caller's [`UploadBuffer`](crate::upload::UploadBuffer), which has the last word on each section.
 
 use super::event::{Part, Store};
-use crate::frame::MessageId;
+use crate::frame::{MessageId, MessageType};
 use crate::message::{AckCode, FrameNumber, HostMessage, Motors};
 
 /// State of the uploaded move.
@@ -28,7 +28,12 @@ impl Upload {
     /// nothing.
     ///
     /// A begin comes here only while all motors rest, because it makes the device forget its move.
-    pub(super) fn receive(&mut self, id: MessageId, message: &HostMessage<'_>) -> Result<Store, AckCode> {
+    pub(super) fn receive(
+        &mut self,
+        id: MessageId,
+        kind: MessageType,
+        message: &HostMessage<'_>,
+    ) -> Result<Store, AckCode> {
         let part = match (message, *self) {
             (HostMessage::RtUploadMoveBegin(begin), _) => {
                 // Until it is stored, there is nothing that could be run.
@@ -41,7 +46,7 @@ impl Upload {
             (_, Self::Loading(_)) => Part::Other,
             (_, Self::None | Self::Loaded(_)) => return Err(AckCode::ERR_GENERAL),
         };
-        Ok(Store { id, kind: message.kind(), part })
+        Ok(Store { id, kind, part })
     }
 
     /// Takes what was stored into the move.

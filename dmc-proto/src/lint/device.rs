@@ -15,7 +15,8 @@ impl DeviceMessage<'_> {
     /// Messages with legal values that fit the greeting of the device have no findings.
     #[must_use]
     pub fn lint(&self, context: &Context<'_>) -> Lints {
-        let mut rules: Rules<'_> = Rules::new(context, self.body_len());
+        let mut rules = Rules::<Lints>::new(context);
+        rules.data(self.body_len());
         match self {
             Self::Hi(message) => rules.hi(message),
             Self::GioIn(message) => {

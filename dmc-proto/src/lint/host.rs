@@ -77,61 +77,11 @@ impl HostMessage<'_> {
     /// Messages with legal values that the device is able to do have no findings.
     #[must_use]
     pub fn lint(&self, context: &Context<'_>) -> Lints {
-        let mut rules: Rules<'_> = self.rules(context);
+        let mut rules = Rules::<Lints>::new(context);
+        rules.data(self.body_len());
+        rules.values(self);
         rules.tail(self);
         rules.found
-    }
-
-    /// Finds everything except bytes after the known fields, which are a warning.
-    ///
-    /// The search for these bytes needs the code that prints all fields. A device that only refuses messages does not link it.
-    fn rules<'c, F: Findings + Default>(&self, context: &'c Context<'_>) -> Rules<'c, F> {
-        let mut rules = Rules::new(context, self.body_len());
-        rules.gate(&gate(self));
-        match self {
-            Self::Hi(_)
-            | Self::GioIn(_)
-            | Self::MotorStatus(_)
-            | Self::MotorGetPosition(_)
-            | Self::RtUploadMoveEnd(_)
-            | Self::RtPositionFrame(_)
-            | Self::RtGo(_)
-            | Self::RtStopLoop(_)
-            | Self::VirtGetPosition(_) => {}
-            Self::Dmx(message) => rules.dmx(message),
-            Self::GioOut(message) => rules.outputs("triggers", message.triggers),
-            Self::GioCam(message) => rules.bits("flags", message.flags),
-            Self::MotorMove(message) => rules.motor(message.motor),
-            Self::MotorStop(message) => rules.motor(message.motor),
-            Self::MotorStopAll(message) => rules.bits("flags", message.flags.unwrap_or_default()),
-            Self::MotorResetPosition(message) => rules.motor(message.motor),
-            Self::MotorJog(message) => rules.motor_jog(message),
-            Self::MotorConfigure(message) => rules.motor_configure(message),
-            Self::MotorSetSpeed(message) => rules.motor_set_speed(message),
-            Self::MotorSetLimits(message) => rules.motor_set_limits(message),
-            Self::RtUploadMoveBegin(message) => rules.upload_begin(message),
-            Self::RtUploadMoveAxis(message) => rules.upload_axis(message),
-            Self::RtUploadMoveDmx(message) => rules.upload_dmx(message),
-            Self::RtUploadMoveTriggers(message) => rules.upload_triggers(message),
-            Self::RtRunMove(message) => rules.run_move(message),
-            Self::RtShootFrame(message) => rules.shoot_frame(message),
-            Self::RtShootFrame2(message) => rules.shoot_frame2(message),
-            Self::RtJogAll(message) => rules.frames_per_second(message.fps_x1000),
-            Self::VirtConfig(message) => rules.virt_config(message),
-            Self::VirtMove(message) => rules.virtual_motor(message.virtual_motor),
-            Self::VirtStop(message) => rules.virtual_motor(message.virtual_motor),
-            Self::VirtJog(message) => rules.virt_jog(message),
-            Self::VirtJogOnLine(message) => rules.virt_jog_on_line(message),
-            Self::VirtAimPoint(message) => {
-                rules.version_2();
-                rules.yes_or_no("enable", message.enable);
-            }
-            Self::Other(_) if self.kind().is_ack() => {
-                rules.error("type", "only devices send acknowledgements, and no device answers them");
-            }
-            Self::Other(_) => rules.unknown(self.kind()),
-        }
-        rules
     }
 
     /// Code with which the device of `context` refuses this message because of its contents; `None` if it does not refuse
@@ -141,32 +91,73 @@ impl HostMessage<'_> {
     /// decoded is answered by `ERR_GENERAL` (decision D-51). An acknowledgement is never answered (decision D-5).
     #[must_use]
     pub fn refusal(&self, context: &Context<'_>) -> Option<AckCode> {
-        match self {
-            Self::Other(_) if self.kind().is_ack() => None,
-            Self::Other(_) => Some(AckCode::ERR_UNSUPPORTED),
-            _ => self.rules::<Refusal>(context).found.0,
-        }
+        let is_long = !matches!(self, Self::Other(_)) && self.body_len() > context.max_data;
+        if is_long { Some(AckCode::ERR_RANGE) } else { self.refusal_of_values(context) }
     }
-}
 
-/// Code that tells a host of the first error. It keeps no texts, so that a device links none.
-#[derive(Default)]
-struct Refusal(Option<AckCode>);
-
-impl Findings for Refusal {
-    #[inline]
-    fn push(&mut self, severity: Severity, _: &'static str, problem: Problem) {
-        if severity == Severity::Error {
-            self.0.get_or_insert(match problem {
-                Problem::Range { .. } => AckCode::ERR_RANGE,
-                Problem::Note(ABSENT | OLD) => AckCode::ERR_UNSUPPORTED,
-                _ => AckCode::ERR_GENERAL,
-            });
+    /// Code with which a device refuses this message because of its values. The number of bytes is not checked.
+    pub(crate) fn refusal_of_values(&self, context: &Context<'_>) -> Option<AckCode> {
+        if let Self::Other(_) = self {
+            return (!self.kind().is_ack()).then_some(AckCode::ERR_UNSUPPORTED);
         }
+        let mut rules = Rules::<Refusal>::new(context);
+        rules.values(self);
+        rules.found.0
     }
 }
 
 impl<F: Findings> Rules<'_, F> {
+    /// Checks the capabilities that a message needs, and its values.
+    ///
+    /// Bytes after the known fields are not looked for, because that needs the code that prints all fields. A device that only
+    /// refuses messages does not link it.
+    fn values(&mut self, message: &HostMessage<'_>) {
+        self.gate(&gate(message));
+        match message {
+            HostMessage::Hi(_)
+            | HostMessage::GioIn(_)
+            | HostMessage::MotorStatus(_)
+            | HostMessage::MotorGetPosition(_)
+            | HostMessage::RtUploadMoveEnd(_)
+            | HostMessage::RtPositionFrame(_)
+            | HostMessage::RtGo(_)
+            | HostMessage::RtStopLoop(_)
+            | HostMessage::VirtGetPosition(_) => {}
+            HostMessage::Dmx(it) => self.dmx(it),
+            HostMessage::GioOut(it) => self.outputs("triggers", it.triggers),
+            HostMessage::GioCam(it) => self.bits("flags", it.flags),
+            HostMessage::MotorMove(it) => self.motor(it.motor),
+            HostMessage::MotorStop(it) => self.motor(it.motor),
+            HostMessage::MotorStopAll(it) => self.bits("flags", it.flags.unwrap_or_default()),
+            HostMessage::MotorResetPosition(it) => self.motor(it.motor),
+            HostMessage::MotorJog(it) => self.motor_jog(it),
+            HostMessage::MotorConfigure(it) => self.motor_configure(it),
+            HostMessage::MotorSetSpeed(it) => self.motor_set_speed(it),
+            HostMessage::MotorSetLimits(it) => self.motor_set_limits(it),
+            HostMessage::RtUploadMoveBegin(it) => self.upload_begin(it),
+            HostMessage::RtUploadMoveAxis(it) => self.upload_axis(it),
+            HostMessage::RtUploadMoveDmx(it) => self.upload_dmx(it),
+            HostMessage::RtUploadMoveTriggers(it) => self.upload_triggers(it),
+            HostMessage::RtRunMove(it) => self.run_move(it),
+            HostMessage::RtShootFrame(it) => self.shoot_frame(it),
+            HostMessage::RtShootFrame2(it) => self.shoot_frame2(it),
+            HostMessage::RtJogAll(it) => self.frames_per_second(it.fps_x1000),
+            HostMessage::VirtConfig(it) => self.virt_config(it),
+            HostMessage::VirtMove(it) => self.virtual_motor(it.virtual_motor),
+            HostMessage::VirtStop(it) => self.virtual_motor(it.virtual_motor),
+            HostMessage::VirtJog(it) => self.virt_jog(it),
+            HostMessage::VirtJogOnLine(it) => self.virt_jog_on_line(it),
+            HostMessage::VirtAimPoint(it) => {
+                self.version_2();
+                self.yes_or_no("enable", it.enable);
+            }
+            HostMessage::Other(_) if message.kind().is_ack() => {
+                self.error("type", "only devices send acknowledgements, and no device answers them");
+            }
+            HostMessage::Other(_) => self.unknown(message.kind()),
+        }
+    }
+
     /// Requires the property that the message needs.
     fn gate(&mut self, gate: &Gate) {
         match gate {
@@ -196,5 +187,24 @@ impl<F: Findings> Rules<'_, F> {
     /// Whether the device has one of these capabilities, as far as is known.
     pub(super) fn may(&self, wanted: Capabilities) -> bool {
         self.context.device.is_none_or(|device| device.capabilities.intersects(wanted))
+    }
+}
+
+/// Code that tells a host of the first error. It keeps no texts, so that a device links none.
+#[derive(Default)]
+struct Refusal(Option<AckCode>);
+
+impl Findings for Refusal {
+    const KEEPS_WARNINGS: bool = false;
+
+    #[inline]
+    fn push(&mut self, severity: Severity, _: &'static str, problem: Problem) {
+        if severity == Severity::Error {
+            self.0.get_or_insert(match problem {
+                Problem::Range { .. } => AckCode::ERR_RANGE,
+                Problem::Note(ABSENT | OLD) => AckCode::ERR_UNSUPPORTED,
+                _ => AckCode::ERR_GENERAL,
+            });
+        }
     }
 }

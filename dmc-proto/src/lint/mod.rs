@@ -69,15 +69,17 @@ struct Rules<'c, F = Lints> {
 }
 
 impl<'c, F: Findings + Default> Rules<'c, F> {
-    /// Begins with the length, which is checked for all messages.
-    fn new(context: &'c Context<'_>, len: usize) -> Self {
-        let mut found = F::default();
-        found.range("data", number(len), 0, number(context.max_data));
-        Self { found, context }
+    fn new(context: &'c Context<'c>) -> Self {
+        Self { found: F::default(), context }
     }
 }
 
 impl<F: Findings> Rules<'_, F> {
+    /// Checks the number of bytes of data.
+    fn data(&mut self, len: usize) {
+        self.found.range("data", number(len), 0, number(self.context.max_data));
+    }
+
     fn error(&mut self, what: &'static str, note: &'static str) {
         self.found.note(Severity::Error, what, note);
     }
@@ -119,6 +121,9 @@ impl<F: Findings> Rules<'_, F> {
 
     /// Checks for bits without a name.
     fn bits(&mut self, what: &'static str, flags: impl Flags<Bits: Into<u32>> + Copy) {
+        if !F::KEEPS_WARNINGS {
+            return;
+        }
         let mut names = flags.iter_names();
         names.by_ref().for_each(drop);
         self.found.reserved(what, names.remaining().bits(), u32::MAX);
