@@ -2,6 +2,9 @@
 
 use core::fmt;
 
+use zerocopy::little_endian::I32;
+use zerocopy::{FromBytes as _, IntoBytes as _};
+
 use super::Track;
 use super::rows::{Gaps, Rows, words};
 use crate::message::{
@@ -52,7 +55,7 @@ impl Room {
     }
 }
 
-/// Memory for a move. Each slice has at least the length that [`Room`] says.
+/// Memory for a move. Each slice has at least the length that [`Room`] says. Its contents are for the buffer alone.
 #[derive(Debug)]
 pub struct Memory<'m> {
     /// Positions, in steps; length [`Room::positions`].
@@ -92,8 +95,8 @@ impl fmt::Debug for RoomError {
 #[derive(Debug)]
 pub struct UploadBuffer<'m> {
     room: Room,
-    axes: Rows<'m, i32>,
-    channels: Rows<'m, u8>,
+    axes: Rows<'m>,
+    channels: Rows<'m>,
     triggers: &'m mut [Triggers],
     mask: Triggers,
     mask_changed: bool,
@@ -129,8 +132,8 @@ impl<'m> UploadBuffer<'m> {
         let (of_axes, of_channels) = written.split_at_mut_checked(of_axes).unwrap_or_default();
         Ok(Self {
             room,
-            axes: Rows::new(positions, of_axes, room.frames()),
-            channels: Rows::new(levels, of_channels, room.frames()),
+            axes: Rows::new(positions.as_mut_bytes(), of_axes, size_of::<I32>(), room.frames()),
+            channels: Rows::new(levels, of_channels, 1, room.frames()),
             triggers,
             mask: Triggers::NONE,
             mask_changed: false,
@@ -150,12 +153,12 @@ impl<'m> UploadBuffer<'m> {
         let stored = match message {
             HostMessage::RtUploadMoveBegin(begin) => self.begin(begin),
             HostMessage::RtUploadMoveAxis(section) => self.loading().and_then(|count| {
-                let positions = section.positions.iter().map(|steps| steps.get());
-                store(&mut self.axes, count, section.motor.0.into(), section.start_index, positions)
+                let (start, positions) = (section.start_index, section.positions);
+                store(&mut self.axes, count, section.motor.0.into(), start, positions.len(), positions.as_bytes())
             }),
             HostMessage::RtUploadMoveDmx(section) => self.loading().and_then(|count| {
-                let levels = section.levels.iter().copied();
-                store(&mut self.channels, count, section.channel.0, section.start_index, levels)
+                let (start, levels) = (section.start_index, section.levels);
+                store(&mut self.channels, count, section.channel.0, start, levels.len(), levels)
             }),
             HostMessage::RtUploadMoveTriggers(section) => self.loading().and_then(|_| self.switch(section)),
             HostMessage::RtUploadMoveEnd(_) => {
@@ -265,7 +268,8 @@ impl<'m> UploadBuffer<'m> {
     /// In a gap the motor keeps the position before it. Before its first position it has that position already.
     #[must_use]
     pub fn position(&self, motor: Motor, index: u32) -> Option<Steps> {
-        self.value(&self.axes, motor.0.into(), index).map(Steps)
+        let bytes = self.value(&self.axes, motor.0.into(), index)?;
+        Some(Steps(I32::ref_from_bytes(bytes).ok()?.get()))
     }
 
     /// Position of a motor one frame before the first: as far from the first position as the second one is, in the
@@ -282,7 +286,7 @@ impl<'m> UploadBuffer<'m> {
     /// Level of a DMX channel at a frame, with the same rules as [`position`](Self::position).
     #[must_use]
     pub fn level(&self, channel: DmxChannel, index: u32) -> Option<u8> {
-        self.value(&self.channels, channel.0, index)
+        self.value(&self.channels, channel.0, index)?.first().copied()
     }
 
     /// Outputs that are on at a frame. Nothing is kept from the frame before (safety decision 6).
@@ -316,9 +320,9 @@ impl<'m> UploadBuffer<'m> {
         gaps.unwrap_or(Gaps::NONE)
     }
 
-    fn value<T: Copy>(&self, rows: &Rows<'_, T>, number: u16, index: u32) -> Option<T> {
+    fn value<'b>(&self, rows: &'b Rows<'_>, number: u16, index: u32) -> Option<&'b [u8]> {
         let (row, index) = (row(number)?, self.place(index)?);
-        if rows.has_any(row) { rows.values(row)?.get(index).copied() } else { None }
+        if rows.has_any(row) { rows.value(row, index) } else { None }
     }
 
     /// Place of the values of a frame, if the upload is complete.
@@ -332,18 +336,12 @@ fn row(number: u16) -> Option<usize> {
     number.checked_sub(1).map(usize::from)
 }
 
-/// Writes a section to a track of a move of `count` frames (decision D-32).
-fn store<T: Copy>(
-    rows: &mut Rows<'_, T>,
-    count: usize,
-    number: u16,
-    start: StartIndex,
-    values: impl ExactSizeIterator<Item = T>,
-) -> Stored {
+/// Writes a section of `len` values to a track of a move of `count` frames (decision D-32).
+fn store(rows: &mut Rows<'_>, count: usize, number: u16, start: StartIndex, len: usize, values: &[u8]) -> Stored {
     let from = usize::try_from(start.index()).unwrap_or(usize::MAX);
-    let end = from.saturating_add(values.len());
+    let end = from.saturating_add(len);
     let row = row(number).filter(|_| end <= count).ok_or(AckCode::ERR_RANGE)?;
-    rows.write(row, from, values).ok_or(AckCode::ERR_RANGE)?;
+    rows.write(row, from..end, values).ok_or(AckCode::ERR_RANGE)?;
     if start.is_last() {
         rows.repeat(row, end, count);
     }

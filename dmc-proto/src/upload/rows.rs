@@ -4,11 +4,14 @@ use core::ops::Range;
 
 /// Rows of values, one for each track, in memory of the caller, with a bit for each value that was written.
 ///
-/// Any row and index is allowed: nothing is read or written outside the row.
+/// The values stay as bytes, so that there is only one code for positions and for levels. Any row and index is allowed:
+/// nothing is read or written outside the row.
 #[derive(Debug)]
-pub(super) struct Rows<'m, T> {
-    values: &'m mut [T],
+pub(super) struct Rows<'m> {
+    values: &'m mut [u8],
     written: &'m mut [u32],
+    /// Number of bytes of a value.
+    width: usize,
     /// Number of values in a row.
     len: usize,
 }
@@ -21,10 +24,10 @@ pub(super) const fn words(len: usize) -> usize {
 
 const WORD: usize = 32;
 
-impl<'m, T: Copy> Rows<'m, T> {
-    /// Rows of `len` values, as many as the memory holds.
-    pub(super) fn new(values: &'m mut [T], written: &'m mut [u32], len: usize) -> Self {
-        Self { values, written, len }
+impl<'m> Rows<'m> {
+    /// Rows of `len` values of `width` bytes, as many as the memory holds.
+    pub(super) fn new(values: &'m mut [u8], written: &'m mut [u32], width: usize, len: usize) -> Self {
+        Self { values, written, width, len }
     }
 
     /// Forgets all values.
@@ -32,9 +35,10 @@ impl<'m, T: Copy> Rows<'m, T> {
         self.written.fill(0);
     }
 
-    /// Values of a row.
-    pub(super) fn values(&self, row: usize) -> Option<&[T]> {
-        self.values.get(place(row, self.len)?)
+    /// Bytes of a value.
+    pub(super) fn value(&self, row: usize, index: usize) -> Option<&[u8]> {
+        let value = place(row, self.len)?.nth(index)?;
+        self.values.get(place(value, self.width)?)
     }
 
     /// Whether a row has any value.
@@ -51,19 +55,17 @@ impl<'m, T: Copy> Rows<'m, T> {
         self.written.get(place(row, words(self.len))?)
     }
 
-    /// Values and bits of a row.
-    fn row(&mut self, row: usize) -> Option<(&mut [T], &mut [u32])> {
-        let (values, bits) = (place(row, self.len)?, place(row, words(self.len))?);
+    /// Bytes and bits of a row.
+    fn row(&mut self, row: usize) -> Option<(&mut [u8], &mut [u32])> {
+        let (values, bits) = (place(row, self.len.checked_mul(self.width)?)?, place(row, words(self.len))?);
         Some((self.values.get_mut(values)?, self.written.get_mut(bits)?))
     }
 
-    /// Writes values from index `at` on. If they reach beyond the row, it writes nothing and returns `None`.
-    pub(super) fn write(&mut self, row: usize, at: usize, new: impl ExactSizeIterator<Item = T>) -> Option<()> {
+    /// Writes the bytes of values to these places. If the places reach beyond the row, it writes nothing and returns `None`.
+    pub(super) fn write(&mut self, row: usize, places: Range<usize>, new: &[u8]) -> Option<()> {
+        let width = self.width;
         let (values, bits) = self.row(row)?;
-        let places = at..at.checked_add(new.len())?;
-        for (place, value) in values.get_mut(places.clone())?.iter_mut().zip(new) {
-            *place = value;
-        }
+        values.get_mut(bytes(&places, width))?.iter_mut().zip(new).for_each(|(byte, new)| *byte = *new);
         mark(bits, places);
         Some(())
     }
@@ -71,34 +73,47 @@ impl<'m, T: Copy> Rows<'m, T> {
     /// Repeats the value before index `at` up to the end of the first `len` values. Without such a value it does
     /// nothing.
     pub(super) fn repeat(&mut self, row: usize, at: usize, len: usize) -> Option<()> {
+        let width = self.width;
         let (values, bits) = self.row(row)?;
-        let before = (0..at).rev().find(|&index| bit(bits, index.saturating_add(1)));
-        if let Some(value) = before.and_then(|before| values.get(before).copied()) {
-            values.get_mut(at..len)?.fill(value);
-            mark(bits, at..len);
-        }
+        let before = (0..at).rev().find(|&index| bit(bits, index.saturating_add(1)))?;
+        hold(values, width, before.saturating_add(1)..len);
+        mark(bits, at..len);
         Some(())
     }
 
     /// Fills the gaps in the first `len` values of all rows: each gap with the value before it, and a gap at the start
     /// with the value after it. The gaps stay recorded.
     pub(super) fn fill(&mut self, len: usize) {
-        let words = words(self.len).max(1);
-        let rows = self.values.chunks_exact_mut(self.len.max(1)).zip(self.written.chunks_exact(words));
-        for (values, bits) in rows.filter(|(_, bits)| bit(bits, 0)) {
-            let written = |index: usize| bit(bits, index.saturating_add(1));
-            let values = values.get_mut(..len).unwrap_or_default();
-            let first = (0..len).find(|&index| written(index));
-            let Some(mut held) = first.and_then(|first| values.get(first).copied()) else { continue };
-            for (index, value) in values.iter_mut().enumerate() {
-                if written(index) {
-                    held = *value;
-                } else {
-                    *value = held;
-                }
+        let width = self.width;
+        for row in 0.. {
+            let Some((values, bits)) = self.row(row) else { return };
+            let mut gaps = Gaps { bits, rest: 0..len };
+            while let Some(gap) = gaps.next_gap() {
+                hold(values, width, gap);
             }
         }
     }
+}
+
+/// Gives each of these places the value before it, and at the start of a row the value after it.
+fn hold(values: &mut [u8], width: usize, places: Range<usize>) {
+    let is_start = places.start == 0;
+    let places = bytes(&places, width);
+    let mut copy = |from: usize, to: usize| {
+        if let (Some(byte), Some(place)) = (values.get(from).copied(), values.get_mut(to)) {
+            *place = byte;
+        }
+    };
+    if is_start {
+        places.rev().for_each(|at| copy(at.saturating_add(width), at));
+    } else {
+        places.for_each(|at| copy(at.saturating_sub(width), at));
+    }
+}
+
+/// Places of the bytes of values.
+fn bytes(places: &Range<usize>, width: usize) -> Range<usize> {
+    places.start.saturating_mul(width)..places.end.saturating_mul(width)
 }
 
 /// Place of a row of length `len`.
@@ -138,16 +153,21 @@ pub struct Gaps<'a> {
 impl Gaps<'_> {
     /// No gap.
     pub(super) const NONE: Self = Self { bits: &[], rest: 0..0 };
+
+    fn next_gap(&mut self) -> Option<Range<usize>> {
+        let written = |index: &usize| bit(self.bits, index.saturating_add(1));
+        let start = self.rest.clone().find(|index| !written(index))?;
+        let end = (start..self.rest.end).find(written).unwrap_or(self.rest.end);
+        self.rest.start = end;
+        Some(start..end)
+    }
 }
 
 impl Iterator for Gaps<'_> {
     type Item = Range<u32>;
 
     fn next(&mut self) -> Option<Range<u32>> {
-        let written = |index: &usize| bit(self.bits, index.saturating_add(1));
-        let start = self.rest.clone().find(|index| !written(index))?;
-        let end = (start..self.rest.end).find(written).unwrap_or(self.rest.end);
-        self.rest.start = end;
+        let Range { start, end } = self.next_gap()?;
         Some(u32::try_from(start).ok()?..u32::try_from(end).ok()?)
     }
 }
