@@ -76,19 +76,19 @@
 //! ```
 
 use std::boxed::Box;
+use std::fmt;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::string::{String, ToString};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
-use std::vec::Vec;
-use std::{fmt, vec};
 
 use motion_core::session::{DeviceSession, HostSession, Session};
 use motion_core::time::Millis;
 
-use crate::error::{Error, Label, broken};
-use crate::flow::{Flow, Next, driver_methods};
+use crate::error::Error;
+use crate::flow::Next;
+use crate::line::{Line, Reopen, driver_methods};
 use crate::reconnect::{Attempts, Reconnect};
 use crate::{CONNECT, STALLED};
 
@@ -138,25 +138,10 @@ impl Stream for Box<dyn serialport::SerialPort> {
     }
 }
 
-/// Way to open a line again.
-struct Reopen<S, T> {
-    attempts: Attempts<S>,
-    open: Box<dyn FnMut() -> Result<T, Error> + Send>,
-}
-
-/// Function that sends bytes to receivers that are not at the end of the line.
-type Others<D> = Box<dyn FnMut(D, &[u8]) + Send>;
-
 /// Session on a stream.
 pub struct Driver<S: Session, T> {
-    flow: Flow<S, Vec<u8>>,
-    stream: Option<T>,
-    piece: Vec<u8>,
+    line: Line<S, T, Result<T, Error>>,
     start: Instant,
-    reopen: Option<Reopen<S, T>>,
-    others: Option<Others<S::Destination>>,
-    label: Label,
-    trouble: Option<Error>,
 }
 
 impl<S: Session<Line = ()>, T: Stream> Driver<S, T> {
@@ -171,10 +156,7 @@ impl<S: Session, T: Stream> Driver<S, T> {
     /// Makes a driver of one line of this session, on an open stream, as [`new`](Self::new).
     #[must_use]
     pub fn on_line(session: S, line: S::Line, stream: T) -> Self {
-        let (start, piece, stream) = (Instant::now(), vec![0; S::PIECE], Some(stream));
-        let (reopen, others, label, trouble) = (None, None, Label::default(), None);
-        let flow = Flow::new(session, line, Vec::new());
-        Self { flow, stream, piece, start, reopen, others, label, trouble }
+        Self { line: Line::new(session, line, Some(stream)), start: Instant::now() }
     }
 
     /// Opens the line of a host that was lost again, by these rules. The session waits while `open` works.
@@ -200,14 +182,8 @@ impl<S: Session, T: Stream> Driver<S, T> {
     }
 
     fn with_attempts(mut self, attempts: Attempts<S>, open: impl FnMut() -> Result<T, Error> + Send + 'static) -> Self {
-        self.reopen = Some(Reopen { attempts, open: Box::new(open) });
+        self.line.reopen = Some(Reopen::new(attempts, open));
         self
-    }
-
-    /// Time since the driver was made, as the session is told.
-    #[must_use]
-    pub fn now(&self) -> Millis {
-        Millis(u64::try_from(self.start.elapsed().as_millis()).unwrap_or(u64::MAX))
     }
 
     /// Next event of the session, with what `source` has for its messages. Reads, writes and waits until there is one.
@@ -222,7 +198,7 @@ impl<S: Session, T: Stream> Driver<S, T> {
                 break held;
             }
         };
-        Ok(self.flow.session.event(held))
+        Ok(self.line.flow.session.event(held))
     }
 
     /// Next event of the session, if there is one within this time.
@@ -233,138 +209,56 @@ impl<S: Session, T: Stream> Driver<S, T> {
     pub fn next_within(&mut self, time: Duration, source: &S::Source<'_>) -> Result<Option<S::Event<'_>>, Error> {
         let end = self.now().after(u64::try_from(time.as_millis()).unwrap_or(u64::MAX));
         let held = self.run(source, Some(end))?;
-        Ok(held.map(|held| self.flow.session.event(held)))
+        Ok(held.map(|held| self.line.flow.session.event(held)))
     }
 
     /// Drives the session until there is an event, or this time has come.
     fn run(&mut self, source: &S::Source<'_>, end: Option<Millis>) -> Result<Option<S::Held>, Error> {
         let mut is_at_end = false;
         loop {
-            self.care_for_line();
-            match self.flow.next(self.now(), source).map_err(Error::Message)? {
+            let now = self.now();
+            self.line.care(now);
+            if let Some(opened) = self.line.opening.take() {
+                self.line.opened(self.now(), opened);
+                continue;
+            }
+            match self.line.next(now, source)? {
                 Next::Event(held) => return Ok(Some(held)),
-                Next::Write => {
-                    if let Err(why) = self.write() {
-                        self.lose(&why);
-                    }
-                }
-                Next::Other(to, len) => {
-                    if let Some(send) = &mut self.others {
-                        send(to, self.flow.front(len));
-                    }
-                }
+                Next::Write => self.write(),
+                Next::Wait(_) if is_at_end => return Ok(None),
                 Next::Wait(until) => {
-                    if self.stream.is_none() && self.reopen.is_none() {
-                        return Err(self.trouble.clone().unwrap_or_else(|| self.label.closed()));
-                    }
-                    if is_at_end {
-                        return Ok(None);
-                    }
-                    let attempt = self.reopen.as_ref().filter(|_| self.flow.wants_line());
-                    let until = [until, attempt.map(|reopen| reopen.attempts.at), end].into_iter().flatten().min();
-                    if let Err(why) = self.read(until) {
-                        self.lose(&why);
-                    }
+                    self.read([until, end].into_iter().flatten().min());
                     is_at_end = end.is_some_and(|end| end <= self.now());
                 }
             }
         }
     }
 
-    /// Closes the line that the session does not want any more, and tells the session of the line that it wants, or opens it.
-    fn care_for_line(&mut self) {
+    /// Writes once.
+    fn write(&mut self) {
+        let Some(stream) = &mut self.line.stream else { return };
+        let time = Duration::from_millis(STALLED);
+        let written = stream.set_write_timeout(time).and_then(|()| stream.write(self.line.flow.unsent()));
         let now = self.now();
-        if self.flow.is_over() {
-            self.hang_up();
+        match written {
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(error) if is_timeout(&error) => self.line.cannot_write(now, "it takes no bytes"),
+            written => self.line.has_written(now, written),
         }
-        if !self.flow.wants_line() {
-            return;
-        }
-        if self.stream.is_some() {
-            self.flow.up();
-        } else if let Some(reopen) = self.reopen.as_mut().filter(|reopen| S::ASKS || reopen.attempts.at <= now) {
-            let opened = (reopen.open)();
-            self.opened(opened);
-        }
-    }
-
-    fn opened(&mut self, opened: Result<T, Error>) {
-        let now = self.now();
-        let Some(reopen) = &mut self.reopen else { return };
-        match opened {
-            Ok(stream) => {
-                reopen.attempts.opened(&mut self.flow.session);
-                self.stream = Some(stream);
-                self.flow.up();
-            }
-            Err(why) => {
-                self.trouble = Some(why);
-                if S::ASKS {
-                    self.flow.down();
-                }
-                if !reopen.attempts.failed(now) {
-                    self.reopen = None;
-                }
-            }
-        }
-    }
-
-    /// Handles the loss of the line.
-    fn lose(&mut self, why: &str) {
-        self.trouble = Some(self.label.gone(why));
-        self.flow.down();
-        self.hang_up();
-    }
-
-    fn hang_up(&mut self) {
-        let now = self.now();
-        // The oldest supported Rust knows no `let` chains.
-        let flow = &self.flow;
-        if self.reopen.as_mut().is_some_and(|reopen| !reopen.attempts.lost(now, &flow.session)) {
-            self.reopen = None;
-        }
-        self.stream = None;
-    }
-
-    /// Writes all bytes that are to be written.
-    fn write(&mut self) -> Result<(), String> {
-        let Some(stream) = &mut self.stream else { return Ok(()) };
-        stream.set_write_timeout(Duration::from_millis(STALLED)).map_err(|error| broken(&error))?;
-        while !self.flow.unsent().is_empty() {
-            match stream.write(self.flow.unsent()) {
-                Ok(0) => return Err("it takes no more bytes".into()),
-                Ok(len) => self.flow.written(len),
-                Err(error) if is_timeout(&error) => return Err("it takes no bytes".into()),
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(error) => return Err(broken(&error)),
-            }
-        }
-        Ok(())
     }
 
     /// Reads once, and waits for bytes at most until this time.
-    fn read(&mut self, until: Option<Millis>) -> Result<(), String> {
+    fn read(&mut self, until: Option<Millis>) {
         let now = self.now();
         let time = until.map_or(LONGEST, |until| Duration::from_millis(until.since(now).max(1)).min(LONGEST));
-        let Some(stream) = self.stream.as_mut().filter(|_| self.flow.is_up()) else {
-            sleep(time);
-            return Ok(());
-        };
-        stream.set_read_timeout(time).map_err(|error| broken(&error))?;
-        let len = match stream.read(&mut self.piece) {
-            Ok(0) => return Err("the other end closed it".into()),
-            Ok(len) => len,
-            Err(error) if is_timeout(&error) || error.kind() == ErrorKind::Interrupted => return Ok(()),
-            Err(error) => return Err(broken(&error)),
-        };
-        self.label.has_answered = true;
-        if let Some(reopen) = &mut self.reopen {
-            reopen.attempts.works();
-        }
+        let line = &mut self.line;
+        let Some(stream) = line.stream.as_mut().filter(|_| line.flow.is_up()) else { return sleep(time) };
+        let read = stream.set_read_timeout(time).and_then(|()| stream.read(&mut line.piece));
         let now = self.now();
-        // A session takes a piece after it said to wait.
-        self.flow.receive(now, self.piece.get(..len).unwrap_or_default());
-        Ok(())
+        match read {
+            Err(error) if is_timeout(&error) || error.kind() == ErrorKind::Interrupted => {}
+            read => self.line.has_read(now, read),
+        }
     }
 }
 
@@ -373,13 +267,6 @@ fn is_timeout(error: &io::Error) -> bool {
 }
 
 driver_methods! {}
-
-impl<S: Session + fmt::Debug, T> fmt::Debug for Driver<S, T> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (session, is_open) = (&self.flow.session, self.stream.is_some());
-        f.debug_struct("Driver").field("session", session).field("is_open", &is_open).finish_non_exhaustive()
-    }
-}
 
 /// Opens a TCP connection, within 5 s for each address of a name. Messages are sent at once, so that a stop waits for nothing.
 ///

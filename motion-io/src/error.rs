@@ -1,43 +1,9 @@
 //! Errors of drivers on an operating system.
 
+use std::io;
 use std::string::{String, ToString};
-use std::{format, io};
 
 use motion_core::wire::EncodeError;
-
-/// Line of a driver, as its errors tell about it.
-pub(crate) struct Label {
-    pub(crate) name: String,
-    /// Whether bytes ever arrived.
-    pub(crate) has_answered: bool,
-}
-
-impl Default for Label {
-    fn default() -> Self {
-        Self { name: "the line".into(), has_answered: false }
-    }
-}
-
-impl Label {
-    /// Loss of the line.
-    pub(crate) fn gone(&self, why: &str) -> Error {
-        let advice = if self.has_answered { ": check" } else { " before it answered: check its protocol," };
-        Error::line(format!("{} is gone", self.name), format!("{why}{advice} its cable and its power"))
-    }
-
-    /// End of the line that no error caused.
-    pub(crate) fn closed(&self) -> Error {
-        Error::line(self.name.as_str(), "it is closed, and the driver cannot open it again")
-    }
-}
-
-/// Reason why a line is lost, by an error of its stream.
-pub(crate) fn broken(error: &io::Error) -> String {
-    match error.kind() {
-        io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset => "the other end closed it".into(),
-        _ => error.to_string(),
-    }
-}
 
 /// Error of a driver.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -85,6 +51,6 @@ impl Error {
     /// Error of opening a serial port.
     #[cfg(any(feature = "serialport", feature = "tokio-serial"))]
     pub(crate) fn serial(path: &str, error: &dyn core::fmt::Display) -> Self {
-        Self::line(path, format!("{error}: is the rig plugged in, and the port not in use?"))
+        Self::line(path, std::format!("{error}: is the rig plugged in, and the port not in use?"))
     }
 }

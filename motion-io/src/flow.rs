@@ -96,6 +96,12 @@ impl<S: Session, B: Buffer> Flow<S, B> {
         self.unsent.start = self.unsent.start.saturating_add(len);
     }
 
+    /// Drops the bytes that are to be written.
+    #[cfg(feature = "std")]
+    pub(crate) fn drop_unsent(&mut self) {
+        self.unsent = 0..0;
+    }
+
     /// Notes that the line is up.
     pub(crate) fn up(&mut self) {
         (self.is_up, self.news.1) = (true, true);
@@ -160,47 +166,3 @@ impl<S: Session, B: Buffer> Flow<S, B> {
         }
     }
 }
-
-/// Makes the methods that the drivers on an operating system have in common.
-#[cfg(feature = "std")]
-macro_rules! driver_methods {
-    () => {
-        impl<S: Session, T> Driver<S, T> {
-            /// Sets the name of the line in errors, such as the name of the rig. Without it, that is "the line".
-            #[must_use]
-            pub fn named(mut self, name: impl Into<String>) -> Self {
-                self.label.name = name.into();
-                self
-            }
-
-            /// Gives bytes for receivers that are not at the end of the line to this function, such as datagrams. Without it they
-            /// are dropped.
-            #[must_use]
-            pub fn with_others(mut self, send: impl FnMut(S::Destination, &[u8]) + Send + 'static) -> Self {
-                self.others = Some(Box::new(send));
-                self
-            }
-
-            /// Session, for reading its state.
-            #[must_use]
-            pub fn session(&self) -> &S {
-                &self.flow.session
-            }
-
-            /// Session, for commands. They are obeyed in [`next`](Self::next).
-            ///
-            /// Only the driver tells the session about its line and its bytes.
-            pub fn session_mut(&mut self) -> &mut S {
-                &mut self.flow.session
-            }
-
-            /// Reason why there is no line at present, or why there was none the last time.
-            #[must_use]
-            pub const fn trouble(&self) -> Option<&Error> {
-                self.trouble.as_ref()
-            }
-        }
-    };
-}
-#[cfg(feature = "std")]
-pub(crate) use driver_methods;

@@ -45,7 +45,7 @@ use kos_proto::discovery::{Announced, DEFAULT_PORT, Datagram, DatagramError, Dev
 use kos_proto::host::Destination;
 
 use crate::error::Error;
-use crate::tokio::millis_since;
+use crate::line::millis;
 pub use server::Server;
 
 /// Number of bytes of the longest datagram that is read whole. Announcements are much shorter, and longer datagrams are dropped.
@@ -125,7 +125,7 @@ impl Discovery {
     }
 
     fn step(&mut self, input: Input<'_>) -> Result<Option<Event>, DatagramError> {
-        let (devices, output) = core::mem::take(&mut self.devices).step(millis_since(self.start), input);
+        let (devices, output) = core::mem::take(&mut self.devices).step(millis(self.start.elapsed()), input);
         self.devices = devices;
         output.heard
     }

@@ -29,6 +29,8 @@ mod flow;
 #[cfg(feature = "kos")]
 pub mod kos;
 #[cfg(feature = "std")]
+mod line;
+#[cfg(feature = "std")]
 mod reconnect;
 #[cfg(feature = "tokio")]
 pub mod tokio;

@@ -24,7 +24,8 @@ use motion_core::wire::EncodeError;
 use crate::STALLED;
 use crate::error::Error;
 use crate::flow::Buffer as _;
-use crate::tokio::{millis_since, moment};
+use crate::line::millis;
+use crate::tokio::moment;
 
 /// Greatest number of bytes that wait for one client. A client that is further behind is cut off.
 const MOST_UNSENT: usize = 0x2_0000;
@@ -139,7 +140,7 @@ impl<const N: usize, const CAP: usize> Server<N, CAP> {
     /// Time since the server was made, as the session is told.
     #[must_use]
     pub fn now(&self) -> Millis {
-        millis_since(self.start)
+        millis(self.start.elapsed())
     }
 
     /// Next event of the session, with what `source` has for its messages. Reads, writes and waits until there is one.
