@@ -46,3 +46,7 @@ const CONNECT: core::time::Duration = core::time::Duration::from_secs(5);
 /// Time without a written byte after which a line counts as lost, in milliseconds.
 #[cfg(feature = "std")]
 const STALLED: u64 = 2_000;
+/// Time for which a line that takes no bytes is still read, in milliseconds. The last message of the other end counts, for example
+/// its answer to a stop.
+#[cfg(feature = "std")]
+const LAST: u64 = 50;

@@ -10,12 +10,10 @@ use std::{format, io, vec};
 use motion_core::session::Session;
 use motion_core::time::Millis;
 
+use crate::LAST;
 use crate::error::Error;
 use crate::flow::{Flow, Next};
 use crate::reconnect::Attempts;
-
-/// Time for which a line that takes no bytes is read. The last answer of the other end, for example that to a stop, counts.
-const LAST: u64 = 50;
 
 /// Function that sends bytes to receivers that are not at the end of the line.
 pub(crate) type Others<D> = Box<dyn FnMut(D, &[u8]) + Send>;

@@ -13,7 +13,7 @@ use std::{fmt, io, vec};
 
 use ::tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use ::tokio::net::{TcpListener, TcpStream, UdpSocket};
-use ::tokio::time::Instant;
+use ::tokio::time::{Instant, sleep};
 use kos_proto::Transport;
 use kos_proto::device::{Destination, Event, SESSIONS, Sender, Session, SessionId, Source};
 use kos_proto::discovery::DEFAULT_PORT;
@@ -21,16 +21,18 @@ use motion_core::session::{Session as _, Turn};
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
 
-use crate::STALLED;
 use crate::error::Error;
 use crate::flow::Buffer as _;
 use crate::line::millis;
 use crate::tokio::moment;
+use crate::{LAST, STALLED};
 
 /// Greatest number of bytes that wait for one client. A client that is further behind is cut off.
 const MOST_UNSENT: usize = 0x2_0000;
 /// Greatest number of datagrams that wait. Further ones are dropped.
 const MOST_DATAGRAMS: usize = 16;
+/// Time after which a socket with an error is tried again.
+const AGAIN: Duration = Duration::from_millis(100);
 /// Greatest number of bytes that are read at once.
 const PIECE: usize = 4_096;
 
@@ -228,34 +230,50 @@ impl<const N: usize, const CAP: usize> Server<N, CAP> {
         let cuts = self.clients.iter().flatten().filter_map(|client| client.cut_off);
         let until = until.into_iter().chain(cuts).min();
         let end = until.and_then(|until| self.start.checked_add(Duration::from_millis(until.0)));
-        let mut end = pin!(moment(end));
-        poll_fn(|cx| if self.poll(cx) { Poll::Ready(()) } else { end.as_mut().poll(cx) }).await;
+        let (mut end, mut again) = (pin!(moment(end)), pin!(sleep(AGAIN)));
+        poll_fn(|cx| match self.poll(cx) {
+            Ok(true) => Poll::Ready(()),
+            Err(_) if again.as_mut().poll(cx).is_ready() => Poll::Ready(()),
+            Ok(false) | Err(_) => end.as_mut().poll(cx),
+        })
+        .await;
         let now = self.now();
-        for client in self.clients.iter_mut().flatten() {
-            client.stream.take_if(|_| client.cut_off.is_some_and(|at| at <= now));
+        for client in self.clients.iter_mut().flatten().filter(|client| client.cut_off.is_some_and(|at| at <= now)) {
+            client.lose(now);
         }
     }
 
-    /// Accepts, reads and writes what can be at once. Returns false if nothing can.
+    /// Accepts, reads and writes what can be at once. Returns whether something can.
     ///
-    /// A socket with an error is tried again when something happens, so that an error that stays does not keep the server busy.
-    fn poll(&mut self, cx: &mut Context<'_>) -> bool {
-        let (now, mut happened) = (self.now(), false);
-        if let Poll::Ready(Ok((stream, _))) = self.listener.poll_accept(cx) {
-            happened = true;
-            if let Some(slot) = self.clients.iter_mut().find(|slot| slot.is_none()) {
-                // Without it, answers come late.
-                let _ = stream.set_nodelay(true);
-                *slot = Some(Client::new(stream));
+    /// # Errors
+    ///
+    /// The error of a socket for new clients or datagrams, if nothing else can be done. That socket wakes nobody, so that it has
+    /// to be tried again, but not at once, because an error that stays must not keep the server busy.
+    fn poll(&mut self, cx: &mut Context<'_>) -> io::Result<bool> {
+        let (now, mut happened, mut failed) = (self.now(), false, None);
+        match self.listener.poll_accept(cx) {
+            Poll::Pending => {}
+            Poll::Ready(Ok((stream, _))) => {
+                happened = true;
+                if let Some(slot) = self.clients.iter_mut().find(|slot| slot.is_none()) {
+                    // Without it, answers come late.
+                    let _ = stream.set_nodelay(true);
+                    *slot = Some(Client::new(stream));
+                }
             }
+            Poll::Ready(Err(error)) => failed = Some(error),
         }
         if self.question.is_none() {
             let mut piece = ReadBuf::new(&mut self.piece);
-            if let Poll::Ready(Ok(from)) = self.socket.poll_recv_from(cx, &mut piece) {
-                happened = true;
-                if let IpAddr::V4(ip) = from.ip() {
-                    self.question = Some((SocketAddrV4::new(ip, from.port()).into(), piece.filled().into()));
+            match self.socket.poll_recv_from(cx, &mut piece) {
+                Poll::Pending => {}
+                Poll::Ready(Ok(from)) => {
+                    happened = true;
+                    if let IpAddr::V4(ip) = from.ip() {
+                        self.question = Some((SocketAddrV4::new(ip, from.port()).into(), piece.filled().into()));
+                    }
                 }
+                Poll::Ready(Err(error)) => failed = Some(error),
             }
         }
         if let Some((to, bytes)) = self.datagrams.front() {
@@ -268,7 +286,7 @@ impl<const N: usize, const CAP: usize> Server<N, CAP> {
         for client in self.clients.iter_mut().flatten() {
             happened |= client.poll(cx, now, &mut self.piece);
         }
-        happened
+        failed.filter(|_| !happened).map_or(Ok(happened), Err)
     }
 }
 
@@ -289,18 +307,30 @@ struct Client {
     unsent: Vec<u8>,
     /// Time at which the client is cut off, because it takes no bytes.
     cut_off: Option<Millis>,
+    /// Whether nothing is written any more. What has arrived is read until the client is cut off.
+    is_deaf: bool,
 }
 
 impl Client {
-    const fn new(stream: TcpStream) -> Self {
-        Self { stream: Some(stream), is_known: false, arrived: Vec::new(), unsent: Vec::new(), cut_off: None }
+    fn new(stream: TcpStream) -> Self {
+        let (arrived, unsent) = (Vec::new(), Vec::new());
+        Self { stream: Some(stream), is_known: false, arrived, unsent, cut_off: None, is_deaf: false }
+    }
+
+    /// Handles a client that takes no bytes. Its last message, for example a stop, is heard before it is cut off.
+    fn lose(&mut self, now: Millis) {
+        self.stream.take_if(|_| self.is_deaf);
+        (self.is_deaf, self.cut_off) = (true, Some(now.after(LAST)));
+        self.unsent.clear();
     }
 
     fn send(&mut self, now: Millis, bytes: &[u8]) {
-        if self.unsent.len().saturating_add(bytes.len()) > MOST_UNSENT {
-            self.stream = None;
+        if self.is_deaf {
+            return;
         }
-        if self.stream.is_some() {
+        if self.unsent.len().saturating_add(bytes.len()) > MOST_UNSENT {
+            self.lose(now);
+        } else {
             self.unsent.extend_from_slice(bytes);
             self.cut_off.get_or_insert(now.after(STALLED));
         }
@@ -320,7 +350,7 @@ impl Client {
                     self.cut_off = (!self.unsent.is_empty()).then(|| now.after(STALLED));
                 }
                 Poll::Ready(_) => {
-                    self.stream = None;
+                    self.lose(now);
                     return true;
                 }
             }
@@ -330,7 +360,7 @@ impl Client {
             match stream.poll_read(cx, &mut piece) {
                 Poll::Pending => return happened,
                 Poll::Ready(Ok(())) if !piece.filled().is_empty() => self.arrived.extend_from_slice(piece.filled()),
-                Poll::Ready(_) => self.stream = None,
+                Poll::Ready(_) => (self.stream, self.cut_off) = (None, None),
             }
             return true;
         }
