@@ -144,21 +144,7 @@ pub struct Driver<S: Session, T> {
     start: Instant,
 }
 
-impl<S: Session<Line = ()>, T: Stream> Driver<S, T> {
-    /// Makes a driver of this session on an open stream, which must not hold bytes back: it is never flushed.
-    #[must_use]
-    pub fn new(session: S, stream: T) -> Self {
-        Self::on_line(session, (), stream)
-    }
-}
-
 impl<S: Session, T: Stream> Driver<S, T> {
-    /// Makes a driver of one line of this session, on an open stream, as [`new`](Self::new).
-    #[must_use]
-    pub fn on_line(session: S, line: S::Line, stream: T) -> Self {
-        Self { line: Line::new(session, line, Some(stream)), start: Instant::now() }
-    }
-
     /// Opens the line of a host that was lost again, by these rules. The session waits while `open` works.
     #[must_use]
     pub fn reconnecting(self, rules: Reconnect, open: impl FnMut() -> Result<T, Error> + Send + 'static) -> Self
@@ -190,7 +176,8 @@ impl<S: Session, T: Stream> Driver<S, T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Line`] if the line is gone and is not opened again, after all events are told;
+    /// [`Error::Lost`] if the line is lost and is not opened again, after all events are told; [`Error::NotOpened`] if the last
+    /// attempt to open it failed;
     /// [`Error::Message`] if a message cannot be written.
     pub fn next(&mut self, source: &S::Source<'_>) -> Result<S::Event<'_>, Error> {
         let held = loop {
@@ -272,7 +259,7 @@ driver_methods! {}
 ///
 /// # Errors
 ///
-/// [`Error::Line`].
+/// [`Error::NotOpened`].
 pub fn tcp(address: impl ToSocketAddrs + fmt::Display) -> Result<TcpStream, Error> {
     let name = address.to_string();
     let failed = |error: io::Error| Error::tcp(&name, &error);
@@ -293,7 +280,7 @@ pub fn tcp(address: impl ToSocketAddrs + fmt::Display) -> Result<TcpStream, Erro
 ///
 /// # Errors
 ///
-/// [`Error::Line`].
+/// [`Error::NotOpened`].
 #[cfg(feature = "serialport")]
 pub fn serial(path: &str, baud: u32) -> Result<Box<dyn serialport::SerialPort>, Error> {
     let port = serialport::new(path, baud).open().map_err(|error| Error::serial(path, &error))?;

@@ -9,10 +9,18 @@ use motion_core::wire::EncodeError;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The line is gone, or cannot be opened.
+    /// A line or a socket cannot be opened, or the socket cannot send a datagram.
     #[error("{what}: {why}")]
-    Line {
-        /// Address or path of a line that cannot be opened, or the name of a line with "is gone".
+    NotOpened {
+        /// Address, path or name of the line.
+        what: String,
+        /// Reason, and what a person can do.
+        why: String,
+    },
+    /// The line was open, and is lost.
+    #[error("{what} is gone: {why}")]
+    Lost {
+        /// Name of the line.
         what: String,
         /// Reason, and what a person can do.
         why: String,
@@ -23,19 +31,19 @@ pub enum Error {
 }
 
 impl Error {
-    /// Error of the line with this name.
-    pub(crate) fn line(what: impl Into<String>, why: impl Into<String>) -> Self {
-        Self::Line { what: what.into(), why: why.into() }
+    /// Error of a line with this name that cannot be opened.
+    pub(crate) fn not_opened(what: &str, why: impl Into<String>) -> Self {
+        Self::NotOpened { what: what.into(), why: why.into() }
     }
 
     /// Error of opening a TCP connection.
     pub(crate) fn tcp(address: &str, error: &io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::ConnectionRefused => {
-                Self::line(address, "nothing listens there: is the rig on, and is this its port?")
+                Self::not_opened(address, "nothing listens there: is the rig on, and is this its port?")
             }
-            io::ErrorKind::TimedOut => Self::line(address, "no answer: is the rig on and in this network?"),
-            _ => Self::line(address, error.to_string()),
+            io::ErrorKind::TimedOut => Self::not_opened(address, "no answer: is the rig on and in this network?"),
+            _ => Self::not_opened(address, error.to_string()),
         }
     }
 
@@ -43,14 +51,16 @@ impl Error {
     #[cfg(feature = "kos")]
     pub(crate) fn socket(address: &str, error: &io::Error) -> Self {
         match error.kind() {
-            io::ErrorKind::AddrInUse => Self::line(address, "the port is in use: does another program listen there?"),
-            _ => Self::line(address, error.to_string()),
+            io::ErrorKind::AddrInUse => {
+                Self::not_opened(address, "the port is in use: does another program listen there?")
+            }
+            _ => Self::not_opened(address, error.to_string()),
         }
     }
 
     /// Error of opening a serial port.
     #[cfg(any(feature = "serialport", feature = "tokio-serial"))]
     pub(crate) fn serial(path: &str, error: &dyn core::fmt::Display) -> Self {
-        Self::line(path, std::format!("{error}: is the rig plugged in, and the port not in use?"))
+        Self::not_opened(path, std::format!("{error}: is the rig plugged in, and the port not in use?"))
     }
 }

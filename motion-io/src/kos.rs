@@ -55,7 +55,7 @@ const LONGEST: usize = 512;
 ///
 /// # Errors
 ///
-/// [`Error::Line`].
+/// [`Error::NotOpened`].
 pub async fn socket(here: impl ToSocketAddrs + fmt::Display) -> Result<UdpSocket, Error> {
     let name = here.to_string();
     let failed = |error: std::io::Error| Error::socket(&name, &error);
@@ -87,7 +87,7 @@ impl Discovery {
     ///
     /// # Errors
     ///
-    /// [`Error::Line`].
+    /// [`Error::NotOpened`].
     pub async fn listen(here: impl ToSocketAddrs + fmt::Display) -> Result<Self, Error> {
         Ok(Self { socket: socket(here).await?, devices: Devices::default(), start: Instant::now() })
     }
@@ -96,7 +96,7 @@ impl Discovery {
     ///
     /// # Errors
     ///
-    /// [`Error::Line`].
+    /// [`Error::NotOpened`].
     pub async fn ask(&self, there: impl ToSocketAddrs + fmt::Display) -> Result<(), Error> {
         let (name, question, mut bytes) = (there.to_string(), Datagram::question(false), [0; 7]);
         let len = question.encode_into(&mut bytes).map_err(Error::Message)?;

@@ -209,12 +209,12 @@ impl<S: Session, T, F> Line<S, T, F> {
     /// Loss of the line.
     fn gone(&self, why: &str) -> Error {
         let advice = if self.has_answered { ": check" } else { " before it answered: check its protocol," };
-        Error::line(format!("{} is gone", self.name), format!("{why}{advice} its cable and its power"))
+        Error::Lost { what: self.name.clone(), why: format!("{why}{advice} its cable and its power") }
     }
 
     /// End of the line that no error caused.
     fn closed(&self) -> Error {
-        Error::line(self.name.as_str(), "it is closed, and the driver cannot open it again")
+        Error::not_opened(&self.name, "it is closed, and the driver cannot open it again")
     }
 }
 
@@ -233,8 +233,33 @@ pub(crate) fn millis(since: Duration) -> Millis {
 
 /// Makes the methods that the drivers on an operating system have in common.
 macro_rules! driver_methods {
-    () => {
+    ($($field:ident: $value:expr)?) => {
+        impl<S: Session<Line = ()>, T> Driver<S, T> {
+            /// Makes a driver of this session on an open stream, which must not hold bytes back: it is never flushed.
+            #[must_use]
+            pub fn new(session: S, stream: T) -> Self {
+                Self::on_line(session, (), stream)
+            }
+
+            /// Makes a driver of this session without a stream. [`reconnecting`](Self::reconnecting) or
+            /// [`reopening`](Self::reopening) says how it is opened: at once, or when the session asks for its line.
+            #[must_use]
+            pub fn unopened(session: S) -> Self {
+                Self::with_stream(session, (), None)
+            }
+        }
+
         impl<S: Session, T> Driver<S, T> {
+            /// Makes a driver of one line of this session, on an open stream, as [`new`](Self::new).
+            #[must_use]
+            pub fn on_line(session: S, line: S::Line, stream: T) -> Self {
+                Self::with_stream(session, line, Some(stream))
+            }
+
+            fn with_stream(session: S, line: S::Line, stream: Option<T>) -> Self {
+                Self { line: Line::new(session, line, stream), start: Instant::now() $(, $field: $value)? }
+            }
+
             /// Sets the name of the line in errors, such as the name of the rig. Without it, that is "the line".
             #[must_use]
             pub fn named(mut self, name: impl Into<String>) -> Self {

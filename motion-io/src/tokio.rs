@@ -39,32 +39,7 @@ pub struct Driver<S: Session, T> {
     stalled: Option<Millis>,
 }
 
-impl<S: Session<Line = ()>, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
-    /// Makes a driver of this session on an open stream, which must not hold bytes back: it is never flushed.
-    #[must_use]
-    pub fn new(session: S, stream: T) -> Self {
-        Self::on_line(session, (), stream)
-    }
-
-    /// Makes a driver of this session without a stream. [`reconnecting`](Self::reconnecting) says how it is opened: at once, or
-    /// when the session asks for its line.
-    #[must_use]
-    pub fn unopened(session: S) -> Self {
-        Self::with_stream(session, (), None)
-    }
-}
-
 impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
-    /// Makes a driver of one line of this session, on an open stream, as [`new`](Self::new).
-    #[must_use]
-    pub fn on_line(session: S, line: S::Line, stream: T) -> Self {
-        Self::with_stream(session, line, Some(stream))
-    }
-
-    fn with_stream(session: S, line: S::Line, stream: Option<T>) -> Self {
-        Self { line: Line::new(session, line, stream), start: Instant::now(), stalled: None }
-    }
-
     /// Opens the line of a host that was lost again, by these rules.
     #[must_use]
     pub fn reconnecting<F>(self, rules: Reconnect, open: impl FnMut() -> F + Send + 'static) -> Self
@@ -109,7 +84,8 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Line`] if the line is gone and is not opened again, after all events are told;
+    /// [`Error::Lost`] if the line is lost and is not opened again, after all events are told; [`Error::NotOpened`] if the last
+    /// attempt to open it failed;
     /// [`Error::Message`] if a message cannot be written.
     pub async fn next(&mut self, source: &S::Source<'_>) -> Result<S::Event<'_>, Error> {
         let held = loop {
@@ -196,7 +172,7 @@ impl<S: Session, T: AsyncRead + AsyncWrite + Unpin> Driver<S, T> {
     }
 }
 
-driver_methods! {}
+driver_methods! { stalled: None }
 
 /// Waits until this moment.
 pub(crate) async fn moment(end: Option<Instant>) {
@@ -212,7 +188,7 @@ pub(crate) async fn moment(end: Option<Instant>) {
 ///
 /// # Errors
 ///
-/// [`Error::Line`].
+/// [`Error::NotOpened`].
 pub async fn tcp(address: impl ToSocketAddrs + fmt::Display) -> Result<TcpStream, Error> {
     let name = address.to_string();
     let stream = match timeout(CONNECT, TcpStream::connect(address)).await {
@@ -228,7 +204,7 @@ pub async fn tcp(address: impl ToSocketAddrs + fmt::Display) -> Result<TcpStream
 ///
 /// # Errors
 ///
-/// [`Error::Line`].
+/// [`Error::NotOpened`].
 #[cfg(feature = "tokio-serial")]
 pub fn serial(path: &str, baud: u32) -> Result<tokio_serial::SerialStream, Error> {
     use tokio_serial::{ClearBuffer, SerialPort, SerialPortBuilderExt};

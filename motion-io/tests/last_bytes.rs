@@ -1,5 +1,7 @@
 //! Bytes that arrived before a line was lost reach the session before it is told of the loss.
 
+mod lines;
+
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
 use std::pin::Pin;
@@ -172,33 +174,9 @@ fn the_last_answer_reaches_the_session_with_the_driver_of_blocking_streams() {
     }
 }
 
-/// Line that never takes a byte, and is never silent.
-struct Flood;
-
-impl AsyncRead for Flood {
-    fn poll_read(self: Pin<&mut Self>, _: &mut Context<'_>, buf: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
-        buf.put_slice(b"?");
-        Poll::Ready(Ok(()))
-    }
-}
-
-impl AsyncWrite for Flood {
-    fn poll_write(self: Pin<&mut Self>, _: &mut Context<'_>, _: &[u8]) -> Poll<io::Result<usize>> {
-        Poll::Ready(Err(ErrorKind::BrokenPipe.into()))
-    }
-
-    fn poll_flush(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
-        unreachable!("the driver does not flush")
-    }
-
-    fn poll_shutdown(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Poll::Ready(Ok(()))
-    }
-}
-
 #[tokio::test]
 async fn a_broken_line_that_is_never_silent_is_lost_all_the_same() {
-    let mut driver = motion_io::tokio::Driver::new(Talker::default(), Flood);
+    let mut driver = motion_io::tokio::Driver::new(Talker::default(), lines::Babble { takes: false });
     let lost = tokio::time::timeout(Duration::from_secs(20), driver.next(&())).await;
     assert!(lost.expect("the line is lost").is_err());
 }

@@ -51,7 +51,7 @@ impl<H: Driven> Session for Hosted<H> {
     type Held = Option<LineRequest>;
 
     const PIECE: usize = 4_096;
-    const ASKS: bool = H::OPENS;
+    const ASKS: bool = H::ASKS;
 
     fn reaches((): (), (): ()) -> bool {
         true

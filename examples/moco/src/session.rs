@@ -17,7 +17,7 @@ use crate::hosted::Hosted;
 use crate::serve::Stream;
 
 /// Time within which a stop must be confirmed. After it, somebody has to press the emergency stop.
-const STOP: Duration = Duration::from_secs(10);
+pub(crate) const STOP: Duration = Duration::from_secs(10);
 /// Time within which all motors must rest after a stop that is confirmed.
 pub(crate) const REST: Duration = Duration::from_secs(5);
 /// Time within which a lost line must be open again for a stop.
@@ -60,7 +60,7 @@ impl<H: Driven> Session<H> {
     ///
     /// [`Trouble::Line`] if the line cannot be opened, [`Trouble::Interrupted`] after Ctrl-C.
     pub async fn connect(host: H, target: Target, mut interrupts: UnboundedReceiver<()>) -> Result<Self, Trouble> {
-        let driver = if H::OPENS {
+        let driver = if H::ASKS {
             Driver::unopened(Hosted::new(host))
         } else {
             let line = tokio::select! {
@@ -120,7 +120,7 @@ impl<H: Driven> Session<H> {
     ///
     /// # Errors
     ///
-    /// [`Trouble::Interrupted`] after Ctrl-C; [`Trouble::Line`] if the line is gone and the host does not reopen it.
+    /// [`Trouble::Interrupted`] after Ctrl-C; [`Trouble::Lost`] if the line is lost and the host does not ask for it again.
     pub async fn next(&mut self) -> Result<H::Event, Trouble> {
         loop {
             if let Some(event) = self.next_within(Duration::from_hours(1)).await? {
@@ -138,8 +138,9 @@ impl<H: Driven> Session<H> {
         let until = Instant::now() + time;
         let mut is_over = false;
         loop {
-            if !H::OPENS && !self.driver.is_open() {
-                return Err(Trouble::Line(self.why().unwrap_or_default()));
+            if !H::ASKS && !self.driver.is_open() {
+                let trouble = self.driver.trouble().cloned().map(Trouble::from);
+                return Err(trouble.unwrap_or_else(|| Trouble::Line("there is no line to the rig".to_owned())));
             }
             let event = self.driver.session_mut().event.take();
             if event.is_some() || is_over {
@@ -171,14 +172,14 @@ impl<H: Driven> Session<H> {
         // An attempt that had no answer for some time waits longer than a stop may.
         self.driver.give_up_opening();
         while Instant::now() < until {
-            if !H::OPENS && !self.reach().await {
+            if !H::ASKS && !self.reach().await {
                 break;
             }
             // There is always room for it.
             let _ = self.driver.session_mut().stop(Token::default());
             match self.confirmed(until).await {
                 Ok(stopped) => return stopped,
-                Err(Trouble::Line(why)) if !H::OPENS => debug!("line lost in a stop: {why}"),
+                Err(Trouble::Line(why) | Trouble::Lost(why)) if !H::ASKS => debug!("line lost in a stop: {why}"),
                 Err(_) => break,
             }
         }
@@ -227,7 +228,8 @@ impl<H: Driven> Session<H> {
 
 impl From<Error> for Trouble {
     fn from(error: Error) -> Self {
-        Self::Line(error.to_string())
+        let text = error.to_string();
+        if matches!(error, Error::Lost { .. }) { Self::Lost(text) } else { Self::Line(text) }
     }
 }
 

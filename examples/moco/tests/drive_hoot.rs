@@ -640,7 +640,7 @@ async fn a_lost_line_is_reported() {
         server.abort();
     });
     let trouble = bench.drive(Command::Move { motor: 1, position: 90_000.0, speed: None }).await.unwrap_err();
-    assert!(matches!(&trouble, Trouble::Line(line) if line.contains("check its cable")), "{trouble:?}");
+    assert!(matches!(&trouble, Trouble::Lost(line) if line.contains("check its cable")), "{trouble:?}");
     assert!(bench.session.host().machine().may_move());
     assert_eq!(bench.session.stop().await, Stopped::NotConfirmed);
 }

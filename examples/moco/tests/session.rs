@@ -97,7 +97,7 @@ async fn only_a_stop_opens_a_lost_line_again() {
                 break trouble;
             }
         };
-        assert!(matches!(&trouble, Trouble::Line(line) if line.starts_with("the rig is gone: ")), "{trouble}");
+        assert!(matches!(&trouble, Trouble::Lost(line) if line.starts_with("the rig is gone: ")), "{trouble}");
     }
     assert!(timeout(Duration::from_millis(50), listener.accept()).await.is_err(), "the line was opened again");
     tokio::select! {

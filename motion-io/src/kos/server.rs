@@ -86,7 +86,7 @@ impl<const N: usize, const CAP: usize> Server<N, CAP> {
     ///
     /// # Errors
     ///
-    /// [`Error::Line`].
+    /// [`Error::NotOpened`].
     pub fn bind(session: Session<N, CAP>, here: SocketAddrV4) -> impl Future<Output = Result<Self, Error>> {
         // Sessions are long, and futures move.
         Self::listen(Box::new(session), here)

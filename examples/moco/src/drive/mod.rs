@@ -20,8 +20,9 @@ pub use command::Command;
 
 /// Host that can stop everything, and that knows whether a stop is needed.
 pub trait Driven: Host {
-    /// Whether the host requests its line itself, also after the line is lost. Otherwise a lost line ends the session.
-    const OPENS: bool;
+    /// Whether the host [asks](motion_core::session::Session::ASKS) for its line, also after the line is lost. Otherwise a lost
+    /// line ends the session.
+    const ASKS: bool = false;
 
     /// Whether a motor that this host set in motion may still move, or a shutter that it opened may still be open.
     fn may_move(&self) -> bool;
@@ -69,9 +70,12 @@ pub enum Trouble {
     /// Ctrl-C was pressed.
     #[error("interrupted")]
     Interrupted,
-    /// There is no line to the rig, or the line was lost.
+    /// There is no line to the rig.
     #[error("{0}")]
     Line(String),
+    /// The line to the rig was lost.
+    #[error("{0}")]
+    Lost(String),
     /// The rig or the protocol does not allow the command.
     #[error("{0}")]
     Refused(String),
@@ -98,7 +102,7 @@ impl Trouble {
             Self::Usage(_) => Status::Usage,
             Self::MayMove(_) | Self::Stopped(_, Stopped::Obeyed | Stopped::NotConfirmed) => Status::MayMove,
             Self::Stopped(trouble, Stopped::Confirmed) => trouble.status(),
-            Self::Line(_) | Self::Refused(_) | Self::Failed(_) => Status::NotDone,
+            Self::Line(_) | Self::Lost(_) | Self::Refused(_) | Self::Failed(_) => Status::NotDone,
         }
     }
 }

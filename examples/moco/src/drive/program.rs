@@ -139,7 +139,8 @@ async fn with<H: Driven>(
     let mut session = Session::connect(host, target, interrupts).await?;
     let done = flow(&mut session).await;
     let may_move = session.host().may_move();
-    if let (Err(Trouble::Line(_) | Trouble::Failed(_)), Some(spoken)) = (&done, foreign::spoken(session.heard()))
+    if let (Err(Trouble::Line(_) | Trouble::Lost(_) | Trouble::Failed(_)), Some(spoken)) =
+        (&done, foreign::spoken(session.heard()))
         && spoken != protocol
     {
         let line = foreign::line(spoken, protocol);

@@ -15,7 +15,7 @@ use super::plan::Plan;
 use super::why;
 use crate::drive::Trouble;
 use crate::drive::output::{About, At, Output};
-use crate::session::Session;
+use crate::session::{STOP, Session};
 
 /// Time between two questions whether motors still move.
 const ASK: Duration = Duration::from_millis(100);
@@ -23,8 +23,6 @@ const ASK: Duration = Duration::from_millis(100);
 const REPEAT: Duration = Duration::from_millis(200);
 /// Least time between two lines of progress.
 const TELL: Duration = Duration::from_secs(1);
-/// Time within which a stop must be confirmed.
-const STOP: Duration = Duration::from_secs(10);
 
 /// Command that is in progress.
 pub(super) struct Flow<'s> {

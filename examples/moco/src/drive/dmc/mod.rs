@@ -32,8 +32,6 @@ use plan::Plan;
 const ROLL: u32 = 500;
 
 impl Driven for DmcHost {
-    const OPENS: bool = false;
-
     fn may_move(&self) -> bool {
         self.may_move()
     }

@@ -49,8 +49,6 @@ use crate::session::Session;
 use talk::Talk;
 
 impl Driven for HootMaster {
-    const OPENS: bool = false;
-
     fn may_move(&self) -> bool {
         self.machine().may_move()
     }

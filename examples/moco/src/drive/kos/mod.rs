@@ -24,7 +24,7 @@ use tokio::time::Instant;
 
 use super::output::{About, At, Output};
 use super::{Command, Driven, OBEYED, Stopped, Trouble};
-use crate::session::Session;
+use crate::session::{STOP, Session};
 
 pub use discover::discover;
 
@@ -34,7 +34,7 @@ const SPARE: Duration = Duration::from_secs(10);
 const LOCKED: Duration = Duration::from_millis(500);
 
 impl Driven for KosHost {
-    const OPENS: bool = true;
+    const ASKS: bool = <host::Session as motion_core::session::Session>::ASKS;
 
     fn is_deaf(&self) -> bool {
         self.machine().state() == host::State::Locked
@@ -74,7 +74,7 @@ pub struct Options {
 impl Default for Options {
     /// Home speed of a tenth of the greatest speed, and a patience of ten seconds.
     fn default() -> Self {
-        Self { home_speed: 0.1, patience: Duration::from_secs(10) }
+        Self { home_speed: 0.1, patience: STOP }
     }
 }
 
