@@ -22,7 +22,10 @@ fn every_motor_is_read_back_and_no_other_number_is_a_motor() {
     for motor in Motor::ALL {
         assert_eq!(motor.to_string().parse(), Ok(motor));
     }
-    assert_eq!("4".parse::<Motor>().unwrap_err().to_string(), "Motor: byte 0 does not fit: write 1, 2 or 3");
+    for (text, at) in [("4", 0), ("", 0), ("x", 0), ("12", 1), ("3 ", 1)] {
+        let expected = format!("Motor: byte {at} does not fit: write 1, 2 or 3");
+        assert_eq!(text.parse::<Motor>().unwrap_err().to_string(), expected);
+    }
     assert!("1 000".parse::<StepsPerSecond>().is_err());
 }
 

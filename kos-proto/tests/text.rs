@@ -47,10 +47,13 @@ fn an_error_says_what_was_read_and_where_it_ends() {
         "Rotations: no sign, digit or decimal point at byte 1"
     );
     assert_eq!(refused("NaN".parse::<Seconds>().unwrap_err()), "Seconds: no sign, digit or decimal point at byte 0");
-    assert_eq!(
-        refused("two".parse::<MotorAddress>().unwrap_err()),
-        "MotorAddress: byte 0 does not fit: write a number from 1 to 10, or 0 for all motors"
-    );
+    for (text, at) in [("two", 0), ("", 0), ("2x", 1), ("2 F", 1), ("128", 2), ("1280 FIZ", 3)] {
+        let expected = format!(
+            "MotorAddress: byte {at} does not fit: write a number from 0 to 127, such as 2 or 2 FIZ; motors have 1 to 10, and 0 \
+             is for all motors"
+        );
+        assert_eq!(refused(text.parse::<MotorAddress>().unwrap_err()), expected);
+    }
 }
 
 /// The value after it was written as JSON, and the JSON.

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
-use motion_core::parse::{ParseError, ParseProblem};
+use motion_core::parse::{self, ParseError, ParseProblem};
 use motion_core::{__newtype, unit};
 
 unit! {
@@ -61,18 +61,18 @@ impl fmt::Display for MotorAddress {
     }
 }
 
-/// Reads a number, and ` FIZ` after it for a motor that turns focus, iris or zoom.
+/// Reads a number from 0 to 127, and ` FIZ` after it for a motor that turns focus, iris or zoom. Motors have 1 to 10, but a device
+/// may report others (decision K-M1), and each address that is printed is read back.
 impl FromStr for MotorAddress {
     type Err = ParseError;
 
     fn from_str(text: &str) -> Result<Self, ParseError> {
         let (number, flag) = text.strip_suffix(" FIZ").map_or((text, 0), |number| (number, Self::FIZ));
-        match number.parse() {
-            Ok(number @ 0..Self::FIZ) => Ok(Self(number | flag)),
-            _ => Err(ParseError {
-                what: "MotorAddress",
-                why: ParseProblem::Form { at: 0, form: "a number from 1 to 10, or 0 for all motors" },
-            }),
+        let form = "a number from 0 to 127, such as 2 or 2 FIZ; motors have 1 to 10, and 0 is for all motors";
+        let why = |at| ParseError { what: "MotorAddress", why: ParseProblem::Form { at, form } };
+        match parse::bytes(number, b' ', 10).map_err(why)? {
+            [number @ 0..Self::FIZ] => Ok(Self(number | flag)),
+            [_] => Err(why(number.len().saturating_sub(1))),
         }
     }
 }

@@ -71,10 +71,14 @@ impl FromStr for Motor {
     type Err = ParseError;
 
     fn from_str(text: &str) -> Result<Self, ParseError> {
-        text.parse()
-            .ok()
-            .and_then(Self::new)
-            .ok_or(ParseError { what: "Motor", why: ParseProblem::Form { at: 0, form: "1, 2 or 3" } })
+        let at = match text.as_bytes() {
+            b"1" => return Ok(Self::One),
+            b"2" => return Ok(Self::Two),
+            b"3" => return Ok(Self::Three),
+            [b'1'..=b'3', ..] => 1,
+            _ => 0,
+        };
+        Err(ParseError { what: "Motor", why: ParseProblem::Form { at, form: "1, 2 or 3" } })
     }
 }
 
