@@ -48,6 +48,7 @@
 mod blocks;
 mod error;
 mod limits;
+mod overshoot;
 mod plan;
 mod play;
 mod reverse;

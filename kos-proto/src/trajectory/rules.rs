@@ -2,11 +2,11 @@
 
 use core::cmp::Ordering;
 
-use motion_core::bezier;
 use motion_core::lint::Severity::{self, Error, Warning};
 
 use super::blocks::{Axis, Blocks, Playback, Segment, TimeLapse};
-use super::error::{Amount, MoveError, Place};
+use super::error::{MoveError, Place};
+use super::overshoot;
 use super::values::{DelayMode, LoopCount, Point, Points};
 use crate::message::{MotorAddress, PlaybackMode};
 
@@ -201,23 +201,10 @@ pub(crate) fn outside_range(blocks: &Blocks<'_>) -> Option<MoveError> {
     })
 }
 
-/// Error about a curve that leaves the range. It stays within the hull of its points, so it can leave the range only if a
-/// handle does.
+/// Error about a curve that leaves the range.
 fn beyond_range(place: Place, points: &Points) -> Option<MoveError> {
-    let Points([_, out, into, _]) = points;
-    if [out, into].iter().all(|handle| (0.0..=1.0).contains(&handle.position.0)) {
-        return None;
-    }
-    let outside = outside(&points.curve().ok()?)?;
+    let outside = overshoot::outside(points)?;
     Some(MoveError::number(place, "points", outside, "is a position of the curve outside the range"))
-}
-
-/// Farthest position outside the range, if it is outside by more than rounding.
-fn outside(curve: &bezier::Segment) -> Option<f32> {
-    let (least, most) = curve.range();
-    let (below, above) = (-least, most - 1.0);
-    let farthest = if below > above { least } else { most };
-    (below.max(above) > f64::from(f32::EPSILON)).then_some(Amount::shown(farthest).0)
 }
 
 fn near(one: f32, other: f32) -> bool {
