@@ -214,6 +214,8 @@ impl DeviceMachine {
 
     /// Does what a request asks. Returns the code of its acknowledgement, or `None` if the answer was given already or comes
     /// later.
+    // In firmware the parts of the machine are functions of their own, because their code is shorter so.
+    #[cfg_attr(target_os = "none", inline(never))]
     fn serve<'a>(
         &mut self,
         now: Millis,
@@ -263,6 +265,7 @@ impl DeviceMachine {
     }
 
     /// Does what a request asks that is answered by an acknowledgement.
+    #[cfg_attr(target_os = "none", inline(never))]
     fn act<'a>(&mut self, output: &mut Output<'a>, request: &Request<'a>) -> Answer {
         let Request { message, rig, .. } = *request;
         match message {
@@ -337,6 +340,7 @@ impl DeviceMachine {
     }
 
     /// Deals with the deadlines that have come, and finds the next one.
+    #[cfg_attr(target_os = "none", inline(never))]
     fn watch(&mut self, now: Millis, output: &mut Output<'_>) {
         match &mut self.motion {
             Motion::Stopping(until) => *until = until.filter(|&until| until > now),

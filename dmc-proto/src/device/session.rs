@@ -141,6 +141,8 @@ impl<const N: usize, const CAP: usize> Session<N, CAP> {
         })
     }
 
+    // In firmware the parts of a turn are functions of their own. So their code is shorter, and it has to be stored.
+    #[cfg_attr(target_os = "none", inline(never))]
     fn take_turn<R: Rig + ?Sized>(
         &mut self,
         now: Millis,
@@ -156,7 +158,7 @@ impl<const N: usize, const CAP: usize> Session<N, CAP> {
             }
         };
         let Held::Transmit(transmit) = held else { return Ok(Turn::Event(held)) };
-        let written = transmit.message(rig, &mut Default::default()).encode_into(transmit.id, out);
+        let written = transmit.encode_into(rig, out);
         if let Err(EncodeError::BufferTooSmall { .. }) = written {
             self.agenda.put_back(held);
         }
@@ -164,6 +166,7 @@ impl<const N: usize, const CAP: usize> Session<N, CAP> {
     }
 
     /// Tells the machine the next thing that happened. Returns false if nothing did.
+    #[cfg_attr(target_os = "none", inline(never))]
     fn advance<R: Rig + ?Sized>(&mut self, now: Millis, rig: &R) -> bool {
         let output = match self.agenda.news() {
             Some(News::LinkDown) => self.machine.advance(now, Input::LinkDown),

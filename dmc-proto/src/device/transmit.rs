@@ -1,7 +1,7 @@
 //! Messages that a device sends, and all that follows from an input.
 
 use motion_core::machine;
-use motion_core::wire::Bool;
+use motion_core::wire::{Bool, EncodeError};
 use zerocopy::little_endian::I32;
 
 use super::event::Event;
@@ -95,6 +95,12 @@ pub trait Rig {
 }
 
 impl Transmit {
+    /// Writes the message to the front of `out`, with what the rig knows, and returns its length.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn encode_into<R: Rig + ?Sized>(&self, rig: &R, out: &mut [u8]) -> Result<usize, EncodeError> {
+        self.message(rig, &mut Scratch::default()).encode_into(self.id, out)
+    }
+
     /// Makes the message, with what the rig knows. Positions are put into `scratch`.
     #[must_use]
     pub fn message<'s, R: Rig + ?Sized>(&self, rig: &'s R, scratch: &'s mut Scratch) -> DeviceMessage<'s> {
