@@ -14,6 +14,8 @@ mod failed_runs;
 mod host;
 #[path = "machines/may_move.rs"]
 mod may_move;
+#[path = "machines/playback.rs"]
+mod playback;
 #[path = "machines/random.rs"]
 mod random;
 #[path = "machines/real_time.rs"]

@@ -108,6 +108,13 @@ impl DeviceMachine {
         self.motion.may_move() || self.moving.0 != Motors::NONE.0 || self.is_shutter_open
     }
 
+    /// Whether the machine waits for the report that all motors rest, which is [`Input::AtRest`]. In a run and in a shot it waits
+    /// for [`Input::PassEnd`] before.
+    #[must_use]
+    pub const fn awaits_rest(&self) -> bool {
+        self.motion.is_in_motion() && !matches!(self.motion, Motion::Running(_))
+    }
+
     /// Whether virtual motors are configured.
     #[must_use]
     pub const fn has_virtuals(&self) -> bool {

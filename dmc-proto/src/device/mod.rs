@@ -95,6 +95,7 @@ mod machine;
 mod motion;
 mod motors;
 mod options;
+mod playback;
 mod real_time;
 mod session;
 mod stops;
@@ -106,6 +107,7 @@ pub use input::Input;
 pub use machine::DeviceMachine;
 pub use motion::State;
 pub use options::{Options, Quirks};
+pub use playback::Playback;
 pub use session::{Next, NotTaken, Session, SmallSession};
 pub use transmit::{Contents, EFFECTS, Effect, Output, Rig, Scratch, Transmit};
 

@@ -165,6 +165,11 @@ impl<const N: usize, const CAP: usize> Session<N, CAP> {
         written.map(|len| Turn::Transmit((), len))
     }
 
+    /// Whether nothing waits for a poll, so that the state of the machine tells everything.
+    pub(super) fn is_settled(&self) -> bool {
+        self.agenda.is_settled()
+    }
+
     /// Tells the machine the next thing that happened. Returns false if nothing did.
     #[cfg_attr(target_os = "none", inline(never))]
     fn advance<R: Rig + ?Sized>(&mut self, now: Millis, rig: &R) -> bool {
