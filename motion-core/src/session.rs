@@ -106,7 +106,7 @@ pub trait Session {
 
 /// Session of a host, as a driver moves it.
 pub trait HostSession: Session {
-    /// Whether anything may still move because of this host.
+    /// Whether anything may still move because of this host. While a command or an event waits for a turn, the answer is yes.
     fn may_move(&self) -> bool;
 
     /// Stops everything, before all commands that wait.
@@ -119,10 +119,17 @@ pub trait HostSession: Session {
 
 /// Session of a device, as a driver moves it.
 pub trait DeviceSession: Session {
-    /// Whether anything may move because of what this device was told.
+    /// Whether anything may move because of what this device was told. While a report, bytes that arrived or an event wait for a
+    /// turn, the answer is yes.
+    ///
+    /// A DMC device that is locked after a stop counts as at rest as soon as all its motors rest.
     fn may_move(&self) -> bool;
 
-    /// Stops everything, as a person at the device wants it.
+    /// Stops everything, as a person at the device wants it. What arrived before the stop sets nothing in motion after it.
+    ///
+    /// The stop latches only for DMC, as an emergency stop does: the device refuses what moves until its own method
+    /// `emergency_stop` tells that the stop is released. Devices of kOS and hoot obey messages that arrive after the stop. A rig
+    /// that has to stay at rest there needs a switch that takes the power from its motors.
     ///
     /// # Errors
     ///

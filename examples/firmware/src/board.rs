@@ -64,7 +64,7 @@ pub fn start() -> Serial {
 /// Serial port of the board. What arrives while the device sends waits in [`RECEIVED`], so that no stop is lost.
 pub struct Serial(());
 
-/// Bytes that arrived and are not read. At 115,200 baud, 512 bytes take 44 milliseconds, and the longest message of a device
+/// Bytes that arrived and are not read. At 115,200 baud, 512 bytes take 44 milliseconds, and the longest message of a DMC device
 /// takes 13. Without room a byte is dropped. Then the check bytes of its message are wrong, and the host sends the message again.
 static RECEIVED: Pipe<CriticalSectionRawMutex, 512> = Pipe::new();
 
