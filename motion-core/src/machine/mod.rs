@@ -177,6 +177,16 @@ impl<Transmit, Event, const N: usize> Output<Transmit, Event, N> {
         })
     }
 
+    /// Makes another output of each effect, with the same wake.
+    #[doc(hidden)]
+    pub fn map<T, E>(self, mut of: impl FnMut(Effect<Transmit, Event>) -> Effect<T, E>) -> Output<T, E, N> {
+        let mut output = Output { effects: ArrayVec::new(), wake: self.wake, lost: self.lost };
+        for effect in self.effects {
+            output.push(of(effect));
+        }
+        output
+    }
+
     /// Number of effects that had no room, which is 0.
     #[doc(hidden)]
     #[must_use]
