@@ -3,7 +3,7 @@
 use motion_core::states;
 use motion_core::time::Millis;
 
-use super::{Event, Output};
+use super::{Effects, Event};
 use crate::message::{Milliseconds, ShortMilliseconds, ShortShots};
 
 states! {
@@ -99,7 +99,7 @@ impl CameraUnit {
 
     /// Takes a picture, by two releases if the mirror goes up first. A busy camera goes on with its picture (decision
     /// H-15); a camera that is not enabled does nothing.
-    pub(super) fn expose(&mut self, now: Millis, output: &mut Output<'_>, mirror_up: bool) {
+    pub(super) fn expose(&mut self, now: Millis, output: &mut Effects, mirror_up: bool) {
         if self.settings.enable && !self.is_busy() {
             self.release = if mirror_up { Release::Mirror } else { Release::Only };
             match self.settings.focus_time.0 {
@@ -110,7 +110,7 @@ impl CameraUnit {
     }
 
     /// Takes a picture as firmware does on command: only by the shutter, and without a camera too. An exposure of 0 takes none.
-    pub(super) fn expose_bare(&mut self, now: Millis, output: &mut Output<'_>) {
+    pub(super) fn expose_bare(&mut self, now: Millis, output: &mut Effects) {
         if !self.is_busy() && self.settings.exposure_time.0 > 0 {
             self.release = Release::Bare;
             self.open(now, output);
@@ -118,7 +118,7 @@ impl CameraUnit {
     }
 
     /// Releases focus and shutter.
-    pub(super) fn stop(&mut self, output: &mut Output<'_>) {
+    pub(super) fn stop(&mut self, output: &mut Effects) {
         if self.is_busy() {
             (self.state, self.release, self.until) = (CameraState::Idle, Release::Only, None);
             self.lines(output);
@@ -126,7 +126,7 @@ impl CameraUnit {
     }
 
     /// Takes the next step if it is due, and returns whether a picture is to be counted.
-    pub(super) fn wake(&mut self, now: Millis, output: &mut Output<'_>) -> bool {
+    pub(super) fn wake(&mut self, now: Millis, output: &mut Effects) -> bool {
         if self.until.is_none_or(|until| now < until) {
             return false;
         }
@@ -151,18 +151,18 @@ impl CameraUnit {
         false
     }
 
-    fn open(&mut self, now: Millis, output: &mut Output<'_>) {
+    fn open(&mut self, now: Millis, output: &mut Effects) {
         self.enter(now, output, CameraState::Exposing, self.settings.exposure_time.0.into());
     }
 
     /// Enters a state for a time, which is at least a millisecond.
-    fn enter(&mut self, now: Millis, output: &mut Output<'_>, state: CameraState, time: u64) {
+    fn enter(&mut self, now: Millis, output: &mut Effects, state: CameraState, time: u64) {
         self.state = state;
         self.until = Some(now.after(time.max(1)));
         self.lines(output);
     }
 
-    fn lines(&self, output: &mut Output<'_>) {
+    fn lines(&self, output: &mut Effects) {
         let shutter = self.state == CameraState::Exposing;
         let focus = self.state == CameraState::Focus || shutter && self.settings.focus_with_shutter;
         output.event(Event::Camera { focus, shutter });

@@ -3,7 +3,7 @@
 use motion_core::states;
 use motion_core::time::Millis;
 
-use super::{AltOut, DeviceMachine, Event, Motion, MotorState, MotorUnit, Output, ProgramState, Quirks};
+use super::{AltOut, DeviceMachine, Effects, Event, Motion, MotorState, MotorUnit, ProgramState, Quirks};
 use crate::message::{AltMode, CommonLine, ProgramMode, Steps};
 use crate::program::Plan;
 use crate::query::Profile;
@@ -104,7 +104,7 @@ impl Program {
 
 impl DeviceMachine {
     /// Starts or resumes the program. While it runs, nothing changes. Other motion is stopped first (decision H-3).
-    pub(super) fn start(&mut self, now: Millis, output: &mut Output<'_>) {
+    pub(super) fn start(&mut self, now: Millis, output: &mut Effects) {
         if self.program.is_going() {
             return;
         }
@@ -127,14 +127,14 @@ impl DeviceMachine {
     }
 
     /// Opens the shutter in video mode, as firmware does for a video camera.
-    fn shoot_in_video(&mut self, now: Millis, output: &mut Output<'_>, fact: fn(Profile) -> Option<bool>) {
+    fn shoot_in_video(&mut self, now: Millis, output: &mut Effects, fact: fn(Profile) -> Option<bool>) {
         if self.controller.program_mode == ProgramMode::VIDEO && self.copies(Quirks::FIRMWARE_PHOTOS, fact) {
             self.camera.expose_bare(now, output);
         }
     }
 
     /// Sends the motors whose planned move has no travel to its stop, as firmware does.
-    fn send_without_travel(&mut self, output: &mut Output<'_>) {
+    fn send_without_travel(&mut self, output: &mut Effects) {
         let is_sent = self.moves_by_clock() && self.copies(Quirks::MOVES_ALL, Profile::sends_without_travel);
         for motor in self.motors.iter_mut().filter(|motor| is_sent && motor.lacks_travel()) {
             motor.follow(output, Motion::To(motor.settings.plan.stop));
@@ -142,7 +142,7 @@ impl DeviceMachine {
     }
 
     /// Pauses the program and keeps its place. The motors stop first.
-    pub(super) fn pause(&mut self, now: Millis, output: &mut Output<'_>) {
+    pub(super) fn pause(&mut self, now: Millis, output: &mut Effects) {
         // By the clock, motors are started again from where they would be (decision H-11).
         let (by_clock, is_stuck) = (self.moves_by_clock(), self.never_resumes());
         for motor in self.motors.iter_mut().filter(|motor| by_clock && motor.is_moving()) {
@@ -159,7 +159,7 @@ impl DeviceMachine {
     }
 
     /// Stops the program and forgets its place. The motors stop first.
-    pub(super) fn stop(&mut self, now: Millis, output: &mut Output<'_>) {
+    pub(super) fn stop(&mut self, now: Millis, output: &mut Effects) {
         self.stop_motors(output);
         self.camera.stop(output);
         self.drop_out(output);
@@ -174,21 +174,21 @@ impl DeviceMachine {
         }
     }
 
-    fn set_program(&mut self, output: &mut Output<'_>, state: ProgramState) {
+    fn set_program(&mut self, output: &mut Effects, state: ProgramState) {
         if self.program.state != state {
             self.program.state = state;
             output.event(Event::Program(state));
         }
     }
 
-    pub(super) fn stop_motors(&mut self, output: &mut Output<'_>) {
+    pub(super) fn stop_motors(&mut self, output: &mut Effects) {
         for motor in &mut self.motors {
             motor.stop(output);
         }
     }
 
     /// Stops a program that has run for longer than it may; only a timing master counts.
-    pub(super) fn limit_run_time(&mut self, now: Millis, output: &mut Output<'_>) {
+    pub(super) fn limit_run_time(&mut self, now: Millis, output: &mut Effects) {
         if self.run_time_ends().is_some_and(|end| now >= end) {
             self.stop(now, output);
         }
@@ -202,7 +202,7 @@ impl DeviceMachine {
 
     /// Goes on with what waits for a time, for motors or for the camera. Each picture takes at least a millisecond, so this
     /// comes to an end.
-    pub(super) fn go_on(&mut self, now: Millis, output: &mut Output<'_>) {
+    pub(super) fn go_on(&mut self, now: Millis, output: &mut Effects) {
         let counts = self.camera.wake(now, output) && self.program.phase == Phase::Shoot;
         self.program.shots = self.program.shots.saturating_add(counts.into());
         if self.program.state == ProgramState::Delay && self.program.at(self.start_delay()).is_some_and(|at| now >= at)
@@ -252,7 +252,7 @@ impl DeviceMachine {
     }
 
     /// Takes the next picture, for which the common line or the external intervalometer asks.
-    pub(super) fn pulse(&mut self, now: Millis, output: &mut Output<'_>) {
+    pub(super) fn pulse(&mut self, now: Millis, output: &mut Effects) {
         let waits = self.program.state == ProgramState::Running && self.program.phase == Phase::Clear;
         if waits && self.can_begin() && !self.is_finished() {
             self.begin(now, output);
@@ -260,7 +260,7 @@ impl DeviceMachine {
     }
 
     /// Begins the next picture, or, without a camera, the next move.
-    fn begin(&mut self, now: Millis, output: &mut Output<'_>) {
+    fn begin(&mut self, now: Millis, output: &mut Effects) {
         if self.controller.timing_master && self.controller.common_line != CommonLine::OFF {
             output.event(Event::CommonLine);
         }
@@ -287,13 +287,13 @@ impl DeviceMachine {
         if self.controller.program_mode == ProgramMode::CONTINUOUS { next } else { now.after(1) }
     }
 
-    fn shoot(&mut self, now: Millis, output: &mut Output<'_>) {
+    fn shoot(&mut self, now: Millis, output: &mut Effects) {
         self.program.phase = Phase::Shoot;
         self.program.until = None;
         self.camera.expose(now, output, self.camera.settings.mirror_up);
     }
 
-    fn after_picture(&mut self, now: Millis, output: &mut Output<'_>) {
+    fn after_picture(&mut self, now: Millis, output: &mut Effects) {
         if self.has_contact(AltMode::OUT_AFTER) {
             self.enter_out(now, Phase::OutAfter);
         } else {
@@ -312,7 +312,7 @@ impl DeviceMachine {
     }
 
     /// Switches the auxiliary output on after its delay, and off after its time.
-    fn switch_out(&mut self, now: Millis, output: &mut Output<'_>) {
+    fn switch_out(&mut self, now: Millis, output: &mut Effects) {
         self.program.out_is_on = !self.program.out_is_on;
         output.event(Event::AltOut { on: self.program.out_is_on });
         if self.program.out_is_on {
@@ -325,7 +325,7 @@ impl DeviceMachine {
         }
     }
 
-    fn drop_out(&mut self, output: &mut Output<'_>) {
+    fn drop_out(&mut self, output: &mut Effects) {
         self.program.next = None;
         if core::mem::take(&mut self.program.out_is_on) {
             output.event(Event::AltOut { on: false });
@@ -334,7 +334,7 @@ impl DeviceMachine {
 
     /// Makes the next step of the planned move of each motor. In the modes without stops, motors follow the clock and are not
     /// waited for.
-    fn move_on(&mut self, now: Millis, output: &mut Output<'_>) {
+    fn move_on(&mut self, now: Millis, output: &mut Effects) {
         self.program.moves = self.program.moves.saturating_add(1);
         if self.moves_by_clock() {
             self.program.phase = Phase::Clear;
@@ -369,7 +369,7 @@ impl DeviceMachine {
     }
 
     /// Sends motors again to the positions that a pause kept them from (decision H-11).
-    fn follow_plans(&mut self, output: &mut Output<'_>) {
+    fn follow_plans(&mut self, output: &mut Effects) {
         let at = self.places_of_shots();
         for motor in &mut self.motors {
             let to = at(&motor.settings.plan, motor.done);
@@ -418,7 +418,7 @@ impl DeviceMachine {
     }
 
     /// Starts the motors that move by the clock and whose time has come, and the motors that a pause has stopped.
-    fn follow_the_clock(&mut self, now: Millis, output: &mut Output<'_>) {
+    fn follow_the_clock(&mut self, now: Millis, output: &mut Effects) {
         let run_time = self.program.run_time(now);
         let due = self.motors.map(|motor| {
             let is_due = self.clock_begins(&motor).is_some_and(|begin| now >= begin);
@@ -471,7 +471,7 @@ impl DeviceMachine {
     }
 
     /// Ends the program, or begins the way back. A program that moves nothing has no way back (decision H-12).
-    fn finish(&mut self, now: Millis, output: &mut Output<'_>) {
+    fn finish(&mut self, now: Millis, output: &mut Effects) {
         let goes_back = self.controller.ping_pong && self.motors.iter().any(MotorUnit::has_plan);
         self.stop(now, output);
         if !goes_back {
@@ -489,7 +489,7 @@ impl DeviceMachine {
     }
 
     /// Adds the times that the program waits for.
-    pub(super) fn program_wakes(&self, output: &mut Output<'_>) {
+    pub(super) fn program_wakes(&self, output: &mut Effects) {
         let running = self.program.state == ProgramState::Running;
         let delay = if self.program.state == ProgramState::Delay { self.program.at(self.start_delay()) } else { None };
         let by_clock = match self.program.phase {

@@ -3,10 +3,10 @@
 use motion_core::{display, states};
 
 use crate::frame::Address;
-use crate::message::{Direction, HostMessage, Microstep, Motor, StepCount, Steps, StepsPerSecond};
+use crate::message::{Direction, Microstep, Motor, StepCount, Steps, StepsPerSecond};
 use crate::program::Plan;
 
-use super::Port;
+use super::{LazyMessage, Port};
 
 states! {
     /// State of the planned move. Source: hoot, section 4.2.
@@ -66,7 +66,7 @@ pub enum Event<'a> {
         /// Address of the receiver.
         to: Address,
         /// The message.
-        message: HostMessage<'a>,
+        message: LazyMessage<'a>,
         /// Why it is not answered.
         why: Ignored,
     },

@@ -4,10 +4,10 @@
 use motion_core::time::Millis;
 
 use super::motor::Limits;
-use super::{AltOut, DeviceMachine, MotorState, MotorUnit, Output, Quirks};
+use super::{AltOut, DeviceMachine, Effects, MotorState, MotorUnit, Quirks, command};
 use crate::message::{
-    Backlash, Easing, HostMessage, Level, Microstep, Milliseconds, Motor, ProgramMode, ShortMilliseconds, StartDelay,
-    StepRate, StepsPerSecond, StepsPerSecondSquared,
+    Backlash, Easing, Level, Microstep, Milliseconds, Motor, ProgramMode, ShortMilliseconds, StartDelay, StepRate,
+    StepsPerSecond, StepsPerSecondSquared,
 };
 use crate::query::{DelayUnit, Profile};
 
@@ -121,10 +121,9 @@ impl DeviceMachine {
 
     /// Does what firmware does before it sends a motor to a position: it sets speed and microsteps. Returns whether it sends
     /// the motor.
-    pub(super) fn before_send(&mut self, output: &mut Output<'_>, motor: Motor, message: &HostMessage<'_>) -> bool {
+    pub(super) fn before_send(&mut self, output: &mut Effects, motor: Motor, command: u8) -> bool {
         let profile = self.options.profile();
-        let is_home = matches!(message, HostMessage::MotorSendHome(_));
-        if is_home && self.copies(Quirks::SENDS_FAST, Profile::ignores_home) {
+        if command == command::MotorSendHome && self.copies(Quirks::SENDS_FAST, Profile::ignores_home) {
             return false;
         }
         let is_fast = self.copies(Quirks::SENDS_FAST, Profile::sends_at_full_speed);
@@ -139,12 +138,11 @@ impl DeviceMachine {
             unit.set_microstep(output, Microstep::QUARTER);
             unit.restores = (profile.restores_microsteps() == Some(true)).then_some(before);
         }
-        let is_to_end = matches!(message, HostMessage::MotorSendToEnd(_));
-        !(is_to_end && matches!(self.limits_held(), Limits::None))
+        !(command == command::MotorSendToEnd && matches!(self.limits_held(), Limits::None))
     }
 
     /// Does what firmware does when joystick mode begins or ends.
-    pub(super) fn joystick_changed(&mut self, output: &mut Output<'_>, on: bool) {
+    pub(super) fn joystick_changed(&mut self, output: &mut Effects, on: bool) {
         if on && self.copies(Quirks::JOYSTICK_MOVES, Profile::joystick_moves) {
             self.motors.iter_mut().for_each(|motor| motor.set_speed(output, StepsPerSecond(0.0)));
         }
@@ -159,7 +157,7 @@ impl DeviceMachine {
     }
 
     /// Chooses the microsteps of all motors before a program begins: the finest that the speed of the planned move allows.
-    pub(super) fn choose_microsteps(&mut self, output: &mut Output<'_>) {
+    pub(super) fn choose_microsteps(&mut self, output: &mut Effects) {
         if !self.copies(Quirks::CHANGES_MICROSTEPS, Profile::start_sets_microsteps) {
             return;
         }

@@ -1,7 +1,6 @@
 //! Inputs of a node: what arrived, what the rig reports, and what people at the node want.
 
 use motion_core::display;
-use motion_core::wire::Messages;
 
 use crate::frame::{Address, Frame};
 use crate::message::{Amperes, HostMessage, Level, Motor, RingTip, Steps, Volts};
@@ -102,24 +101,11 @@ pub enum Input<'a> {
     Wake,
 }
 
-/// Message of a packet.
-pub(super) fn message<'a>(frame: &Frame<'a>) -> HostMessage<'a> {
-    let (selector, data) = frame.request();
-    let number = selector.number();
-    read(number, data).unwrap_or_else(|| HostMessage::other(number, data))
-}
-
-/// Known message with a number and data. It is decoded in one place, because the code for all messages is long.
-#[inline(never)]
-pub(super) fn read(number: u32, data: &[u8]) -> Option<HostMessage<'_>> {
-    HostMessage::decode_body(number, data).ok()
-}
-
 impl<'a> Input<'a> {
     /// Input of a packet that arrived on a port.
     #[must_use]
     pub fn received(port: Port, frame: &Frame<'a>) -> Self {
-        Self::Received { port, to: frame.address(), message: message(frame) }
+        Self::Received { port, to: frame.address(), message: HostMessage::decode(frame) }
     }
 }
 

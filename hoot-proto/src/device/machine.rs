@@ -1,15 +1,37 @@
 //! The node as a whole: what is due, what arrived, and what waits.
 
-use arrayvec::ArrayVec;
 use motion_core::machine;
+use motion_core::machine::Effect;
 use motion_core::time::Millis;
+use motion_core::wire::Messages;
 
+use super::request::{Reaction, Request};
 use super::{
-    CameraUnit, Command, Contact, Controller, Event, Input, MotorUnit, Options, Output, Port, Program, Quirks,
-    StoredName,
+    CameraUnit, Command, Contact, Contents, Controller, Effects, Event, Input, MotorUnit, Options, Output, Port,
+    Program, Quirks, StoredName, Transmit,
 };
 use crate::frame::Address;
-use crate::message::{AltMode, Amperes, Direction, Level, Motor, RingTip, Volts};
+use crate::message::{AltMode, Amperes, Direction, HostMessage, Level, Motor, MotorContinuousSpeed, RingTip, Volts};
+use crate::query::AnyQuery;
+
+/// Something that happened to a node.
+pub(super) enum Happened<'a> {
+    /// A request arrived on a port, for this receiver.
+    Request(Port, Address, Request),
+    /// Anything except a packet happened.
+    Report(Input<'a>),
+}
+
+impl Happened<'_> {
+    /// Whether something may move, or the shutter may open, because of what happened.
+    pub(super) fn sets_in_motion(&self) -> bool {
+        match self {
+            Self::Request(.., request) => request.sets_in_motion(),
+            Self::Report(Input::Command(Command::Start) | Input::Alt(_) | Input::CommonLine) => true,
+            Self::Report(_) => false,
+        }
+    }
+}
 
 /// A node of a bus.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -149,13 +171,61 @@ impl DeviceMachine {
         ring == mode || tip == mode
     }
 
+    /// Makes a request of a message, and messages of what follows. Inside, a node works without types, as firmware does.
     fn run<'a>(&mut self, now: Millis, output: &mut Output<'a>, input: Input<'a>) {
+        let (happened, to, message) = match input {
+            Input::Received { port, to, message } => (Happened::Request(port, to, Request::of(&message)), to, message),
+            input => (Happened::Report(input), Address::MASTER, HostMessage::other(0, &[])),
+        };
+        // A query has no data, whatever the request has.
+        let mut query = HostMessage::decode_body(message.number(), &[]).ok().and_then(|message| message.query());
+        *output = self.act(now, happened).map(|effect| match effect {
+            Effect::Event(event) => Effect::Event(event),
+            Effect::Transmit(Reaction::Ignore(port, to, why)) => {
+                Effect::Event(Event::Ignored { port, to, message: message.into(), why })
+            }
+            Effect::Transmit(Reaction::Forward(port)) => {
+                Effect::Transmit(Transmit { port, contents: Contents::Forward { to, message } })
+            }
+            Effect::Transmit(Reaction::Answer(port, response)) => {
+                let contents = Contents::Answer(response.answer(query));
+                // A second answer is that to this query.
+                let motor = Motor::new(message.selector().sub_address).unwrap_or_default();
+                query = Some(AnyQuery::MotorContinuousSpeed(MotorContinuousSpeed { motor }));
+                Effect::Transmit(Transmit { port, contents })
+            }
+        });
+    }
+
+    /// Takes something that happened at a moment, and returns all that follows from it.
+    #[expect(clippy::needless_pass_by_value, reason = "a reference makes the code of firmware longer")]
+    pub(super) fn act(&mut self, now: Millis, happened: Happened<'_>) -> Effects {
+        let mut effects = Effects::default();
+        let output = &mut effects;
         // What stops comes first, and once more at the end: nothing that starts now may outlive its time.
         self.watch_master(now, output);
         self.limit_run_time(now, output);
-        let mut packets = ArrayVec::new();
+        let reactions = match happened {
+            Happened::Request(port, to, request) => self.received(now, output, port, to, &request),
+            Happened::Report(input) => {
+                self.report(now, output, input);
+                [None; 2]
+            }
+        };
+        self.go_on(now, output);
+        self.watch_master(now, output);
+        self.limit_run_time(now, output);
+        // The rig does first what an answer acknowledges.
+        for reaction in reactions.into_iter().flatten() {
+            output.transmit(reaction);
+        }
+        self.wakes(output);
+        effects.wake = effects.wake.filter(|&wake| wake > now);
+        effects
+    }
+
+    fn report(&mut self, now: Millis, output: &mut Effects, input: Input<'_>) {
         match input {
-            Input::Received { port, to, message } => packets = self.received(now, output, port, to, message),
             Input::Noise => output.event(Event::Noise),
             Input::Command(command) => self.command(now, output, command),
             Input::Position { motor, position } => {
@@ -173,21 +243,13 @@ impl DeviceMachine {
             Input::CommonLine => self.pulse(now, output),
             Input::Limits(levels) => self.limits = levels,
             Input::Supply { volts, amperes } => self.supply = (volts, amperes),
-            Input::LinkUp(_) | Input::LinkDown(_) | Input::Wake => {}
+            Input::Received { .. } | Input::LinkUp(_) | Input::LinkDown(_) | Input::Wake => {}
         }
-        self.go_on(now, output);
-        self.watch_master(now, output);
-        self.limit_run_time(now, output);
-        // The rig does first what an answer acknowledges.
-        for packet in packets {
-            output.transmit(packet);
-        }
-        self.wakes(output);
     }
 
     /// Stops the motors when the master has been silent for too long, and pauses the program, because it would move them
     /// again (safety decision 6; decision H-4).
-    fn watch_master(&mut self, now: Millis, output: &mut Output<'_>) {
+    fn watch_master(&mut self, now: Millis, output: &mut Effects) {
         if self.heard_until.is_some_and(|until| now >= until) {
             self.heard_until = None;
         }
@@ -197,7 +259,7 @@ impl DeviceMachine {
         }
     }
 
-    fn command(&mut self, now: Millis, output: &mut Output<'_>, command: Command) {
+    fn command(&mut self, now: Millis, output: &mut Effects, command: Command) {
         match command {
             Command::Start => self.start(now, output),
             Command::Pause | Command::EmergencyStop => self.pause(now, output),
@@ -213,7 +275,7 @@ impl DeviceMachine {
     }
 
     /// Acts on an edge at the auxiliary connector. Source: hoot, section 2.1, command 13.
-    fn alt(&mut self, now: Millis, output: &mut Output<'_>, contact: Contact) {
+    fn alt(&mut self, now: Millis, output: &mut Effects, contact: Contact) {
         let RingTip { ring, tip } = self.controller.alt_modes;
         match if contact == Contact::Ring { ring } else { tip } {
             AltMode::TOGGLE if self.program.is_going() => self.stop(now, output),
@@ -235,7 +297,7 @@ impl DeviceMachine {
         }
     }
 
-    fn wakes(&self, output: &mut Output<'_>) {
+    fn wakes(&self, output: &mut Effects) {
         self.program_wakes(output);
         let moves = self.motors.iter().any(MotorUnit::is_moving);
         let silence = self.heard_until.filter(|_| moves && self.controller.manual_move);

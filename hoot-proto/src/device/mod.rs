@@ -41,16 +41,19 @@
 
 mod blocking;
 mod camera;
+mod command;
 mod controller;
 mod cycle;
 mod event;
 mod firmware;
 mod input;
+mod lazy;
 mod link;
 mod machine;
 mod motor;
 mod options;
 mod queries;
+mod request;
 mod requests;
 mod session;
 mod transmit;
@@ -61,6 +64,7 @@ pub use controller::{AltOut, Controller};
 pub use cycle::{Phase, Program};
 pub use event::{Event, Ignored, Motion, Part, ProgramState};
 pub use input::{Command, Contact, Input, Port};
+pub use lazy::LazyMessage;
 pub use machine::DeviceMachine;
 pub use motor::{MotorSettings, MotorState, MotorUnit};
 pub use options::{Options, Quirks, StoredName};
@@ -78,6 +82,8 @@ pub const EFFECTS: usize = 56;
 
 /// Output of a node: what the rig has to do, in order, and then the packets.
 pub type Output<'a> = motion_core::machine::Output<Transmit<'a>, Event<'a>, EFFECTS>;
+/// Effects of a node while its machine works, without what the packet lends.
+type Effects = motion_core::machine::Output<request::Reaction, Event<'static>, EFFECTS>;
 /// Effect of a node.
 pub type Effect<'a> = motion_core::machine::Effect<Transmit<'a>, Event<'a>>;
 

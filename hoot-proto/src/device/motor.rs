@@ -3,7 +3,7 @@
 use motion_core::states;
 use motion_core::wire::Bool;
 
-use super::{Event, Motion, Output};
+use super::{Effects, Event, Motion};
 use crate::message::{
     Backlash, Direction, Easing, Microstep, Motor, Span, StepRate, Steps, StepsPerSecond, StepsPerSecondSquared,
 };
@@ -162,12 +162,12 @@ impl MotorUnit {
         self.state != MotorState::Disabled && self.settings.speed.0 != 0.0
     }
 
-    fn tell(&self, output: &mut Output<'_>, motion: Motion) {
+    fn tell(&self, output: &mut Effects, motion: Motion) {
         output.event(Event::Motor { motor: self.motor, motion });
     }
 
     /// Tells the rig to move the motor, after waking its driver if that sleeps.
-    fn set_off(&mut self, output: &mut Output<'_>, state: MotorState, motion: Motion) {
+    fn set_off(&mut self, output: &mut Effects, state: MotorState, motion: Motion) {
         if self.settings.sleep && !self.is_moving() {
             self.tell(output, Motion::Power(true));
         }
@@ -177,7 +177,7 @@ impl MotorUnit {
     }
 
     /// Adds the backlash to a motion that does not go on in the direction of the last one: the position goes back by it.
-    fn take_up(&mut self, output: &mut Output<'_>, mut motion: Motion) -> Motion {
+    fn take_up(&mut self, output: &mut Effects, mut motion: Motion) -> Motion {
         let (backlash, here) = (self.settings.backlash.0, self.position);
         let up = match &motion {
             Motion::By { direction, .. } | Motion::Run { direction, .. } => direction.0 != 0,
@@ -200,21 +200,21 @@ impl MotorUnit {
     }
 
     /// Makes a move that a master asked for, if the motor can.
-    pub(super) fn go(&mut self, output: &mut Output<'_>, motion: Motion) {
+    pub(super) fn go(&mut self, output: &mut Effects, motion: Motion) {
         if self.can_go() {
             self.set_off(output, MotorState::Moving, motion);
         }
     }
 
     /// Makes a step of the planned move, at a speed that the rig chooses.
-    pub(super) fn follow(&mut self, output: &mut Output<'_>, motion: Motion) {
+    pub(super) fn follow(&mut self, output: &mut Effects, motion: Motion) {
         if self.state != MotorState::Disabled {
             self.set_off(output, MotorState::Moving, motion);
         }
     }
 
     /// Runs until the next command.
-    pub(super) fn run(&mut self, output: &mut Output<'_>, direction: Direction) {
+    pub(super) fn run(&mut self, output: &mut Effects, direction: Direction) {
         if self.state != MotorState::Disabled {
             let speed = self.settings.speed;
             self.set_off(output, MotorState::Continuous, Motion::Run { direction, speed });
@@ -222,7 +222,7 @@ impl MotorUnit {
     }
 
     /// Sets the speed of runs.
-    pub(super) fn set_speed(&mut self, output: &mut Output<'_>, speed: StepsPerSecond) {
+    pub(super) fn set_speed(&mut self, output: &mut Effects, speed: StepsPerSecond) {
         self.settings.speed = speed;
         if self.state == MotorState::Continuous {
             self.tell(output, Motion::Speed(speed));
@@ -230,7 +230,7 @@ impl MotorUnit {
     }
 
     /// Stops the motor, if it moves. Its state is at rest at once; the rig may need time to slow down.
-    pub(super) fn stop(&mut self, output: &mut Output<'_>) {
+    pub(super) fn stop(&mut self, output: &mut Effects) {
         if self.is_moving() {
             self.tell(output, Motion::Stop);
             self.rest(output);
@@ -238,7 +238,7 @@ impl MotorUnit {
     }
 
     /// The motor rests, as the rig says.
-    pub(super) fn rest(&mut self, output: &mut Output<'_>) {
+    pub(super) fn rest(&mut self, output: &mut Effects) {
         if self.is_moving() {
             self.state = MotorState::Idle;
             if self.settings.sleep {
@@ -251,7 +251,7 @@ impl MotorUnit {
     }
 
     /// The motor has a new position. It stops if it has moved on at or beyond a limit.
-    pub(super) fn moved(&mut self, output: &mut Output<'_>, position: Steps, limits: Limits) {
+    pub(super) fn moved(&mut self, output: &mut Effects, position: Steps, limits: Limits) {
         let (before, end) = (self.position.0, self.settings.end_limit.0);
         self.position = position;
         let (low, high) = match limits {
@@ -267,14 +267,14 @@ impl MotorUnit {
         }
     }
 
-    pub(super) fn set_sleep(&mut self, output: &mut Output<'_>, sleep: bool) {
+    pub(super) fn set_sleep(&mut self, output: &mut Effects, sleep: bool) {
         let was = core::mem::replace(&mut self.settings.sleep, sleep);
         if was != sleep && !self.is_moving() {
             self.tell(output, Motion::Power(!sleep));
         }
     }
 
-    pub(super) fn set_enable(&mut self, output: &mut Output<'_>, enable: Bool) {
+    pub(super) fn set_enable(&mut self, output: &mut Effects, enable: Bool) {
         self.settings.enable = enable;
         if !enable.get() {
             self.stop(output);
@@ -286,7 +286,7 @@ impl MotorUnit {
 
     /// Sets the number of microsteps in a step, and scales everything that is stored in steps. A move under way is stopped
     /// first, because it counts in the old steps (decision H-13).
-    pub(super) fn set_microstep(&mut self, output: &mut Output<'_>, microstep: Microstep) {
+    pub(super) fn set_microstep(&mut self, output: &mut Effects, microstep: Microstep) {
         let old = self.settings.microstep;
         if microstep.name().is_none() || microstep == old {
             return;
@@ -306,7 +306,7 @@ impl MotorUnit {
     }
 
     /// Counts the planned move and the present position in whole steps; what is left over is forgotten.
-    pub(super) fn cut_places(&mut self, output: &mut Output<'_>) {
+    pub(super) fn cut_places(&mut self, output: &mut Effects) {
         let microsteps = i32::from(self.settings.microstep.0);
         let rest = |place: Steps| Steps(place.0.checked_rem(microsteps).unwrap_or(0));
         for place in [&mut self.settings.plan.start, &mut self.settings.plan.stop] {
@@ -319,7 +319,7 @@ impl MotorUnit {
     }
 
     /// Makes the present position 0; stored positions keep their place on the rig.
-    pub(super) fn set_home(&mut self, output: &mut Output<'_>) {
+    pub(super) fn set_home(&mut self, output: &mut Effects) {
         let by = self.position;
         for place in self.places() {
             place.0 = place.0.saturating_sub(by.0);
@@ -328,7 +328,7 @@ impl MotorUnit {
     }
 
     /// Makes the present position 0, without limits, and with a planned move that begins and ends here.
-    pub(super) fn reset_limits(&mut self, output: &mut Output<'_>) {
+    pub(super) fn reset_limits(&mut self, output: &mut Effects) {
         for place in self.places() {
             place.0 = 0;
         }
@@ -336,7 +336,7 @@ impl MotorUnit {
     }
 
     /// Subtracts a number of steps from the present position, which stays where it is.
-    fn rebase(&mut self, output: &mut Output<'_>, by: Steps) {
+    fn rebase(&mut self, output: &mut Effects, by: Steps) {
         self.position.0 = self.position.0.saturating_sub(by.0);
         self.tell(output, Motion::Rebase { by });
     }
@@ -348,7 +348,7 @@ impl MotorUnit {
     }
 
     /// Goes on or back by one step of the planned move; `false` if there is none.
-    pub(super) fn single_step(&mut self, output: &mut Output<'_>, forward: bool) -> bool {
+    pub(super) fn single_step(&mut self, output: &mut Effects, forward: bool) -> bool {
         let has_plan = self.has_plan();
         if has_plan {
             let travel = self.settings.plan.travel.0;

@@ -1,67 +1,69 @@
 //! Answers of a node to queries. Source: hoot, sections 2.2 to 2.4.
 
-use motion_core::fixed::Scaled;
 use motion_core::time::Millis;
 
-use super::link::{Outcome, yes};
-use super::{Answer, DeviceMachine, ProgramState};
-use crate::message::{Acceleration, Milliseconds, RunState, Shots, Speed, SpeedOrSleep, ValueType};
-use crate::query::{AnyQuery, AnyReply};
+use super::link::Outcome;
+use super::request::Response;
+use super::{DeviceMachine, ProgramState, command};
+use crate::frame::Selector;
+use crate::message::{EasingFound, Motor, RunState, ValueType};
 
 impl DeviceMachine {
     /// Answers a query. One query changes something: that the power was off is answered once.
-    pub(super) fn ask(&mut self, now: Millis, query: AnyQuery) -> Outcome {
+    pub(super) fn ask(&mut self, now: Millis, query: Selector) -> Outcome {
         let outcome = self.value(now, query);
-        if let AnyQuery::PowerCycled(_) = query {
+        if let (0, command::PowerCycled) = (query.sub_address, query.command) {
             self.power_cycled = false;
         }
         outcome
     }
 
     /// Answer to a query, under the type of the profile.
-    pub(super) fn value(&self, now: Millis, query: AnyQuery) -> Outcome {
+    pub(super) fn value(&self, now: Millis, query: Selector) -> Outcome {
         let profile = self.options.profile();
-        match query {
-            AnyQuery::Name(_) => return Outcome::Answered(Answer::Name(self.name)),
-            AnyQuery::MaxStepRate(_) if profile.has_max_step_rate() == Some(false) => return Outcome::Unknown,
-            AnyQuery::JoystickMode(_) if profile.has_joystick_mode() == Some(false) => return Outcome::Unknown,
-            AnyQuery::PingPong(_) if profile.has_ping_pong_query() == Some(false) => return Outcome::Unknown,
-            // Firmware that does not answer by it whether the motor sleeps refuses it.
-            AnyQuery::MotorMaxProgramSpeed(_) if profile.query_117() != ValueType::BYTE => return Outcome::ERROR,
-            _ => {}
-        }
-        let value = self.of_controller(now, query).or_else(|| self.of_motor(query)).or_else(|| self.of_camera(query));
-        value.map_or(Outcome::Unknown, |value| Outcome::Answered(Answer::Value(value)))
+        let value = match query.sub_address {
+            0 => match query.command {
+                command::Name => return Outcome::Answered(Response::text(&self.name.0)),
+                command::MaxStepRate if profile.has_max_step_rate() == Some(false) => None,
+                command::JoystickMode if profile.has_joystick_mode() == Some(false) => None,
+                command::PingPong if profile.has_ping_pong_query() == Some(false) => None,
+                command => self.of_controller(now, command),
+            },
+            4 => self.of_camera(query.command),
+            motor => match query.command {
+                // Firmware that does not answer by it whether the motor sleeps refuses it.
+                command::MotorMaxProgramSpeed if profile.query_117() != ValueType::BYTE => return Outcome::ERROR,
+                command => self.of_motor(Motor::new(motor).unwrap_or_default(), command),
+            },
+        };
+        let value_type = command::form_of(query).of(profile);
+        value.map_or(Outcome::Unknown, |value| Outcome::Answered(Response::number(value_type, value)))
     }
 
-    fn of_controller(&self, now: Millis, query: AnyQuery) -> Option<AnyReply<'static>> {
-        let profile = self.options.profile();
+    fn of_controller(&self, now: Millis, query: u8) -> Option<u32> {
         let controller = &self.controller;
-        let run_time = u32::try_from(self.run_time_told(now)).unwrap_or(u32::MAX);
         Some(match query {
-            AnyQuery::FirmwareVersion(q) => AnyReply::FirmwareVersion(q.answer(self.options.version(), profile)),
-            AnyQuery::RunStatus(q) => AnyReply::RunStatus(q.answer(self.run_state(), profile)),
-            AnyQuery::RunTime(q) => AnyReply::RunTime(q.answer(Milliseconds(run_time), profile)),
-            AnyQuery::Exposing(q) => AnyReply::Exposing(q.answer(yes(self.camera.is_busy()), profile)),
-            AnyQuery::TimingMaster(q) => {
-                AnyReply::TimingMaster(q.answer(yes(controller.timing_master || self.has_firmware_settings()), profile))
-            }
-            AnyQuery::MaxStepRate(q) => AnyReply::MaxStepRate(q.answer(controller.max_step_rate, profile)),
-            AnyQuery::Voltage(q) => AnyReply::Voltage(q.answer(self.supply.0, profile)),
-            AnyQuery::Current(q) => AnyReply::Current(q.answer(self.supply.1, profile)),
-            AnyQuery::InputEdge(q) => AnyReply::InputEdge(q.answer(controller.edge_found(), profile)),
-            AnyQuery::AltModes(q) => AnyReply::AltModes(q.answer(controller.alt_modes, profile)),
-            AnyQuery::LimitSwitches(q) => AnyReply::LimitSwitches(q.answer(self.limits, profile)),
-            AnyQuery::OutBeforeDelay(q) => AnyReply::OutBeforeDelay(q.answer(controller.out_before.delay, profile)),
-            AnyQuery::OutAfterDelay(q) => AnyReply::OutAfterDelay(q.answer(controller.out_after.delay, profile)),
-            AnyQuery::OutBeforeTime(q) => AnyReply::OutBeforeTime(q.answer(controller.out_before.time, profile)),
-            AnyQuery::OutAfterTime(q) => AnyReply::OutAfterTime(q.answer(controller.out_after.time, profile)),
-            AnyQuery::OutLevel(q) => AnyReply::OutLevel(q.answer(controller.out_level, profile)),
-            AnyQuery::StartDelay(q) => AnyReply::StartDelay(q.answer(controller.start_delay, profile)),
-            AnyQuery::ProgramMode(q) => AnyReply::ProgramMode(q.answer(controller.program_mode, profile)),
-            AnyQuery::PowerCycled(q) => AnyReply::PowerCycled(q.answer(yes(self.power_cycled), profile)),
-            AnyQuery::JoystickMode(q) => AnyReply::JoystickMode(q.answer(yes(controller.joystick_mode), profile)),
-            AnyQuery::PingPong(q) => AnyReply::PingPong(q.answer(yes(controller.ping_pong), profile)),
+            command::FirmwareVersion => self.options.version().0,
+            command::RunStatus => self.run_state().0.into(),
+            command::RunTime => u32::try_from(self.run_time_told(now)).unwrap_or(u32::MAX),
+            command::Exposing => self.camera.is_busy().into(),
+            command::TimingMaster => (controller.timing_master || self.has_firmware_settings()).into(),
+            command::MaxStepRate => controller.max_step_rate.0.into(),
+            command::Voltage => bits(self.supply.0.0.0),
+            command::Current => bits(self.supply.1.0.0),
+            command::InputEdge => controller.edge_found().0.into(),
+            command::AltModes => pair(controller.alt_modes.ring.0, controller.alt_modes.tip.0),
+            command::LimitSwitches => pair(self.limits.ring.0, self.limits.tip.0),
+            command::OutBeforeDelay => controller.out_before.delay.0.into(),
+            command::OutAfterDelay => controller.out_after.delay.0.into(),
+            command::OutBeforeTime => controller.out_before.time.0.into(),
+            command::OutAfterTime => controller.out_after.time.0.into(),
+            command::OutLevel => controller.out_level.0.into(),
+            command::StartDelay => controller.start_delay.0,
+            command::ProgramMode => controller.program_mode.0.into(),
+            command::PowerCycled => self.power_cycled.into(),
+            command::JoystickMode => controller.joystick_mode.into(),
+            command::PingPong => controller.ping_pong.into(),
             _ => return None,
         })
     }
@@ -80,68 +82,58 @@ impl DeviceMachine {
         }
     }
 
-    fn of_motor(&self, query: AnyQuery) -> Option<AnyReply<'static>> {
-        let profile = self.options.profile();
-        let of = |motor| self.motor(motor);
-        let set = |motor| self.motor(motor).settings();
+    fn of_motor(&self, motor: Motor, query: u8) -> Option<u32> {
+        let unit = self.motor(motor);
+        let set = unit.settings();
         Some(match query {
-            AnyQuery::MotorEnable(q) => {
-                let set = set(q.motor).enable;
-                let is_told = self.has_firmware_settings() && profile.has_true_bytes() == Some(true);
-                AnyReply::MotorEnable(q.answer(if is_told { set } else { yes(set.get()) }, profile))
+            command::MotorEnable => {
+                let is_told = self.has_firmware_settings() && self.options.profile().has_true_bytes() == Some(true);
+                if is_told { set.enable.0.into() } else { set.enable.get().into() }
             }
-            AnyQuery::MotorBacklash(q) => AnyReply::MotorBacklash(q.answer(set(q.motor).backlash, profile)),
-            AnyQuery::MotorMicrostep(q) => AnyReply::MotorMicrostep(q.answer(set(q.motor).microstep, profile)),
-            AnyQuery::MotorDirection(q) => AnyReply::MotorDirection(q.answer(set(q.motor).direction, profile)),
-            AnyQuery::MotorMaxStepSpeed(q) => {
-                AnyReply::MotorMaxStepSpeed(q.answer(set(q.motor).max_step_speed, profile))
-            }
-            AnyQuery::MotorEndLimit(q) => AnyReply::MotorEndLimit(q.answer(set(q.motor).end_limit, profile)),
-            AnyQuery::MotorPosition(q) => AnyReply::MotorPosition(q.answer(of(q.motor).position(), profile)),
-            AnyQuery::MotorRunning(q) => AnyReply::MotorRunning(q.answer(yes(of(q.motor).is_moving()), profile)),
-            AnyQuery::MotorContinuousSpeed(q) => {
-                let speed = Speed(Scaled(self.hundredths(self.speed_told(of(q.motor)))));
-                AnyReply::MotorContinuousSpeed(q.answer(speed, profile))
-            }
-            AnyQuery::MotorContinuousAcceleration(q) => {
-                let acceleration = Acceleration(Scaled(self.hundredths(set(q.motor).acceleration.0)));
-                AnyReply::MotorContinuousAcceleration(q.answer(acceleration, profile))
-            }
-            AnyQuery::MotorEasing(q) => AnyReply::MotorEasing(q.answer(set(q.motor).plan.easing.into(), profile)),
-            AnyQuery::MotorProgramStart(q) => AnyReply::MotorProgramStart(q.answer(set(q.motor).plan.start, profile)),
-            AnyQuery::MotorProgramStop(q) => AnyReply::MotorProgramStop(q.answer(set(q.motor).plan.stop, profile)),
-            AnyQuery::MotorTravel(q) => AnyReply::MotorTravel(q.answer(set(q.motor).plan.travel, profile)),
-            AnyQuery::MotorLeadIn(q) => AnyReply::MotorLeadIn(q.answer(set(q.motor).lead_in, profile)),
-            AnyQuery::MotorProgramAcceleration(q) => {
-                AnyReply::MotorProgramAcceleration(q.answer(set(q.motor).plan.acceleration, profile))
-            }
-            AnyQuery::MotorProgramDeceleration(q) => {
-                AnyReply::MotorProgramDeceleration(q.answer(set(q.motor).plan.deceleration, profile))
-            }
-            AnyQuery::MotorMaxProgramSpeed(q) => {
-                let sleep = SpeedOrSleep::Sleep(yes(set(q.motor).sleep));
-                AnyReply::MotorMaxProgramSpeed(q.answer(sleep, profile))
-            }
+            command::MotorBacklash => set.backlash.0.into(),
+            command::MotorMicrostep => set.microstep.0.into(),
+            command::MotorDirection => set.direction.0.into(),
+            command::MotorMaxStepSpeed => set.max_step_speed.0.into(),
+            command::MotorEndLimit => bits(set.end_limit.0),
+            command::MotorPosition => bits(unit.position.0),
+            command::MotorRunning => unit.is_moving().into(),
+            command::MotorContinuousSpeed => bits(self.hundredths(self.speed_told(unit))),
+            command::MotorContinuousAcceleration => bits(self.hundredths(set.acceleration.0)),
+            command::MotorEasing => EasingFound::from(set.plan.easing).0.into(),
+            command::MotorProgramStart => bits(set.plan.start.0),
+            command::MotorProgramStop => bits(set.plan.stop.0),
+            command::MotorTravel => set.plan.travel.0,
+            command::MotorLeadIn => set.lead_in.0,
+            command::MotorProgramAcceleration => set.plan.acceleration.0,
+            command::MotorProgramDeceleration => set.plan.deceleration.0,
+            command::MotorMaxProgramSpeed => set.sleep.into(),
             _ => return None,
         })
     }
 
-    fn of_camera(&self, query: AnyQuery) -> Option<AnyReply<'static>> {
-        let profile = self.options.profile();
+    fn of_camera(&self, query: u8) -> Option<u32> {
         let set = self.camera.settings();
         Some(match query {
-            AnyQuery::CameraEnable(q) => AnyReply::CameraEnable(q.answer(yes(set.enable), profile)),
-            AnyQuery::CameraExposing(q) => AnyReply::CameraExposing(q.answer(yes(self.camera.is_busy()), profile)),
-            AnyQuery::CameraExposureTime(q) => AnyReply::CameraExposureTime(q.answer(set.exposure_time, profile)),
-            AnyQuery::CameraFocusTime(q) => AnyReply::CameraFocusTime(q.answer(set.focus_time, profile)),
-            AnyQuery::CameraMaxShots(q) => AnyReply::CameraMaxShots(q.answer(Shots(set.max_shots.0.into()), profile)),
-            AnyQuery::CameraExposureDelay(q) => AnyReply::CameraExposureDelay(q.answer(set.exposure_delay, profile)),
-            AnyQuery::CameraFocusWithShutter(q) => {
-                AnyReply::CameraFocusWithShutter(q.answer(yes(set.focus_with_shutter), profile))
-            }
-            AnyQuery::CameraMirrorUp(q) => AnyReply::CameraMirrorUp(q.answer(yes(set.mirror_up), profile)),
-            AnyQuery::CameraInterval(q) => AnyReply::CameraInterval(q.answer(set.interval, profile)),
+            command::CameraEnable => set.enable.into(),
+            command::CameraExposing => self.camera.is_busy().into(),
+            command::CameraExposureTime => set.exposure_time.0,
+            command::CameraFocusTime => set.focus_time.0.into(),
+            command::CameraMaxShots => set.max_shots.0.into(),
+            command::CameraExposureDelay => set.exposure_delay.0.into(),
+            command::CameraFocusWithShutter => set.focus_with_shutter.into(),
+            command::CameraMirrorUp => set.mirror_up.into(),
+            command::CameraInterval => set.interval.0,
             _ => return None,
         })
     }
+}
+
+/// The same bits, without sign.
+const fn bits(number: i32) -> u32 {
+    u32::from_ne_bytes(number.to_ne_bytes())
+}
+
+/// Values of ring and tip as one number.
+const fn pair(ring: u8, tip: u8) -> u32 {
+    u32::from_be_bytes([0, 0, ring, tip])
 }

@@ -1,12 +1,15 @@
 //! Commands to the controller, a motor and the camera. Source: hoot, sections 2.1, 2.3 and 2.4.
 
 use motion_core::time::Millis;
+use motion_core::wire::Bool;
 
 use super::firmware::taken_acceleration;
 use super::link::Outcome;
-use super::{DeviceMachine, Event, Motion, Output, Part, Quirks, StoredName};
+use super::request::Request;
+use super::{DeviceMachine, Effects, Event, Motion, Part, Quirks, command};
 use crate::message::{
-    CommonLine, Direction, HostMessage, Level, MAX_ARRIVING, Motor, ProgramMode, Span, StartDelay, StepRate, Steps,
+    CommonLine, Direction, Easing, Edge, Level, MAX_ARRIVING, Motor, ProgramMode, Span, StartDelay, StepRate, Steps,
+    StepsPerSecond,
 };
 use crate::query::Profile;
 
@@ -24,112 +27,83 @@ impl DeviceMachine {
     }
 
     /// Carries out a command to the controller, 2 to 24.
-    pub(super) fn set_controller(
-        &mut self,
-        now: Millis,
-        output: &mut Output<'_>,
-        message: &HostMessage<'_>,
-    ) -> Outcome {
+    pub(super) fn set_controller(&mut self, now: Millis, output: &mut Effects, request: &Request) -> Outcome {
         let profile = self.options.profile();
-        match message {
-            HostMessage::Start(_) => {
-                self.start(now, output);
-                return Outcome::OK;
+        match request.selector.command {
+            command::Start => self.start(now, output),
+            command::Pause => self.pause(now, output),
+            command::Stop => self.stop(now, output),
+            command::ReturnHome => self.return_home(now, output),
+            command::ToggleDebugLed => output.event(Event::DebugLed),
+            command::SetAddress => return Outcome::ok_if(self.move_to(output, request.get())),
+            command::SetCommonLine if request.get::<CommonLine>() > CommonLine::SECOND => {
+                return Outcome::RefusedThenOk;
             }
-            HostMessage::Pause(_) => {
-                self.pause(now, output);
-                return Outcome::OK;
-            }
-            HostMessage::Stop(_) => {
-                self.stop(now, output);
-                return Outcome::OK;
-            }
-            HostMessage::ReturnHome(_) => {
-                self.return_home(now, output);
-                return Outcome::OK;
-            }
-            HostMessage::ToggleDebugLed(_) => {
-                output.event(Event::DebugLed);
-                return Outcome::OK;
-            }
-            HostMessage::SetAddress(set) if set.new_address.is_node() => {
-                self.move_to(output, set.new_address);
-                return Outcome::OK;
-            }
-            HostMessage::SetAddress(_) => return Outcome::ERROR,
-            HostMessage::SetCommonLine(set) if set.common_line > CommonLine::SECOND => return Outcome::RefusedThenOk,
-            HostMessage::SetOutLevel(set) if set.level > Level::HIGH => return Outcome::ERROR,
-            HostMessage::SetJoystickMode(_) | HostMessage::SetPingPong(_)
-                if profile.has_joystick_mode() == Some(false) =>
-            {
+            command::SetOutLevel if request.get::<Level>() > Level::HIGH => return Outcome::ERROR,
+            command::SetJoystickMode | command::SetPingPong if profile.has_joystick_mode() == Some(false) => {
                 return Outcome::Unknown;
             }
-            HostMessage::SetMaxStepRate(_) if profile.has_max_step_rate() == Some(false) => return Outcome::Unknown,
-            _ => {}
+            command::SetMaxStepRate if profile.has_max_step_rate() == Some(false) => return Outcome::Unknown,
+            _ => return self.keep(output, request),
         }
-        self.keep(message).map_or(Outcome::Unknown, |taken| {
-            if let HostMessage::SetJoystickMode(set) = message {
-                self.joystick_changed(output, set.joystick_mode.get());
-            }
-            if taken {
-                output.event(Event::Set(Part::Controller));
-            }
-            Outcome::ok_if(taken)
-        })
+        Outcome::OK
     }
 
-    /// Keeps a setting of the controller, and returns whether it could; `None` if the message is no setting.
-    fn keep(&mut self, message: &HostMessage<'_>) -> Option<bool> {
-        let arriving = |number| self.arriving(number);
-        match message {
-            HostMessage::SetMaxRunTime(set) => {
-                let Some(number) = arriving(set.max_run_time.0) else { return Some(false) };
-                self.controller.max_run_time.0 = number;
-                return Some(true);
-            }
-            HostMessage::SetStartDelay(set) => {
-                let Some(number) = arriving(set.start_delay.0) else { return Some(false) };
-                self.controller.start_delay = self.taken_delay(StartDelay(number));
-                return Some(true);
-            }
-            _ => {}
-        }
+    /// Keeps a setting of the controller.
+    fn keep(&mut self, output: &mut Effects, request: &Request) -> Outcome {
+        let number = self.arriving(request.get());
         let takes = if self.has_firmware_settings() { Some(self.options.profile()) } else { None };
         let is = |fact: fn(Profile) -> Option<bool>, holds| takes.and_then(fact) == Some(holds);
+        let byte: u8 = request.get();
         let controller = &mut self.controller;
-        match message {
-            HostMessage::SetProgramMode(set) if is(Profile::has_video_mode, false) => {
-                controller.program_mode = ProgramMode(set.program_mode.0.min(1));
+        match request.selector.command {
+            command::SetMaxRunTime => match number {
+                Some(number) => controller.max_run_time.0 = number,
+                None => return Outcome::ERROR,
+            },
+            command::SetStartDelay => match number {
+                Some(number) => self.controller.start_delay = self.taken_delay(StartDelay(number)),
+                None => return Outcome::ERROR,
+            },
+            command::SetProgramMode if is(Profile::has_video_mode, false) => {
+                controller.program_mode = ProgramMode(byte.min(1));
             }
-            HostMessage::SetPingPong(set) if set.ping_pong.0 > 1 && is(Profile::ignores_wrong_ping_pong, true) => {}
-            HostMessage::SetTimingMaster(set) => controller.timing_master = set.timing_master.get(),
-            HostMessage::SetName(set) => self.name = StoredName::from(&set.name),
-            HostMessage::SetCommonLine(set) => controller.common_line = set.common_line,
-            HostMessage::SetMaxStepRate(set) if STEP_RATES.contains(&set.max_step_rate.0) => {
-                controller.max_step_rate = set.max_step_rate;
+            command::SetPingPong if byte > 1 && is(Profile::ignores_wrong_ping_pong, true) => {}
+            command::SetTimingMaster => controller.timing_master = byte != 0,
+            command::SetName => self.name = request.name(),
+            command::SetCommonLine => controller.common_line = request.get(),
+            // Other step rates and edges are acknowledged and ignored, as by firmware.
+            command::SetMaxStepRate => {
+                if STEP_RATES.contains(&request.get()) {
+                    controller.max_step_rate = request.get();
+                }
             }
-            HostMessage::SetInputEdge(set) if set.edge.name().is_some() => controller.edge = set.edge,
-            // Acknowledged and ignored, as by firmware.
-            HostMessage::SetMaxStepRate(_) | HostMessage::SetInputEdge(_) => {}
-            HostMessage::SetAltModes(set) => {
-                (controller.alt_modes.ring, controller.alt_modes.tip) = (set.ring, set.tip);
+            command::SetInputEdge => {
+                if request.get::<Edge>().name().is_some() {
+                    controller.edge = request.get();
+                }
             }
-            HostMessage::SetManualMove(set) => controller.manual_move = set.manual_move.get(),
-            HostMessage::SetOutBeforeDelay(set) => controller.out_before.delay = set.delay,
-            HostMessage::SetOutAfterDelay(set) => controller.out_after.delay = set.delay,
-            HostMessage::SetOutBeforeTime(set) => controller.out_before.time = set.time,
-            HostMessage::SetOutAfterTime(set) => controller.out_after.time = set.time,
-            HostMessage::SetOutLevel(set) => controller.out_level = set.level,
-            HostMessage::SetProgramMode(set) => controller.program_mode = set.program_mode,
-            HostMessage::SetJoystickMode(set) => controller.joystick_mode = set.joystick_mode.get(),
-            HostMessage::SetPingPong(set) => controller.ping_pong = set.ping_pong.get(),
-            _ => return None,
+            command::SetAltModes => (controller.alt_modes.ring, controller.alt_modes.tip) = request.pair(),
+            command::SetManualMove => controller.manual_move = byte != 0,
+            command::SetOutBeforeDelay => controller.out_before.delay = request.get(),
+            command::SetOutAfterDelay => controller.out_after.delay = request.get(),
+            command::SetOutBeforeTime => controller.out_before.time = request.get(),
+            command::SetOutAfterTime => controller.out_after.time = request.get(),
+            command::SetOutLevel => controller.out_level = request.get(),
+            command::SetProgramMode => controller.program_mode = request.get(),
+            command::SetJoystickMode => {
+                controller.joystick_mode = byte != 0;
+                self.joystick_changed(output, byte != 0);
+            }
+            command::SetPingPong => controller.ping_pong = byte != 0,
+            _ => return Outcome::Unknown,
         }
-        Some(true)
+        output.event(Event::Set(Part::Controller));
+        Outcome::OK
     }
 
     /// Sends all motors home. A program would move them too, so it pauses first (decision H-3).
-    fn return_home(&mut self, now: Millis, output: &mut Output<'_>) {
+    fn return_home(&mut self, now: Millis, output: &mut Effects) {
         self.pause(now, output);
         for motor in &mut self.motors {
             motor.go(output, Motion::To(Steps(0)));
@@ -137,75 +111,48 @@ impl DeviceMachine {
     }
 
     /// Carries out a command to a motor, 2 to 27.
-    pub(super) fn set_motor(&mut self, now: Millis, output: &mut Output<'_>, message: &HostMessage<'_>) -> Outcome {
-        let Some(motor) = Motor::new(message.selector().sub_address) else { return Outcome::ERROR };
+    pub(super) fn set_motor(&mut self, now: Millis, output: &mut Effects, request: &Request) -> Outcome {
+        let Some(motor) = Motor::new(request.selector.sub_address) else { return Outcome::ERROR };
+        let command = request.selector.command;
         let profile = self.options.profile();
-        let max_rate = self.controller.max_step_rate;
-        let is_silent_at_speed = self.is_silent_at_speed();
-        let is_firmware = self.has_firmware_settings();
-        let speed = match message {
-            HostMessage::MotorSetContinuousSpeed(set) if is_firmware => self.taken_speed(set.speed),
-            HostMessage::MotorSetContinuousSpeed(set) if set.speed.0.abs() <= f32::from(max_rate.0) => Some(set.speed),
-            _ => None,
-        };
-        if let Some(span) = span(message) {
-            return self.set_span(output, motor, message, span);
-        }
         let is_sent = matches!(
-            message,
-            HostMessage::MotorSendHome(_)
-                | HostMessage::MotorSendToEnd(_)
-                | HostMessage::MotorSendToStart(_)
-                | HostMessage::MotorSendToStop(_)
+            command,
+            command::MotorSendHome | command::MotorSendToEnd | command::MotorSendToStart | command::MotorSendToStop
         );
-        if is_sent && !self.before_send(output, motor, message) {
+        if is_sent && !self.before_send(output, motor, command) {
             return Outcome::OK;
         }
-        let starts = self.speeds_start_motors();
-        let needs_speed = self.options.quirks().contains(Quirks::FIRMWARE_DIRECTIONS);
-        let steps = if let HostMessage::MotorMove(go) = message { self.arriving(go.steps.0) } else { None };
+        match command {
+            command::MotorSetLeadIn
+            | command::MotorSetTravel
+            | command::MotorSetProgramAcceleration
+            | command::MotorSetProgramDeceleration => return self.set_span(output, motor, request),
+            command::MotorMove => return self.move_or_run(output, motor, request),
+            command::MotorSetContinuousSpeed => return self.set_speed(output, motor, request.get()),
+            _ => {}
+        }
         let unit = self.motor_mut(motor);
-        match message {
-            HostMessage::MotorStop(_) => {
+        match command {
+            command::MotorStop => {
                 unit.stop(output);
                 // The program would move it again (decision H-30).
                 if self.program.is_going() {
                     self.pause(now, output);
                 }
             }
-            HostMessage::MotorMove(go) => match steps {
-                Some(0) if needs_speed && unit.settings.speed.0 == 0.0 => {}
-                Some(0) => unit.run(output, go.direction),
-                Some(steps) => unit.go(output, Motion::By { direction: go.direction, steps: steps.into() }),
-                None => return Outcome::ERROR,
-            },
-            HostMessage::MotorRun(_) if needs_speed && unit.settings.speed.0 == 0.0 => {}
-            HostMessage::MotorRun(run) => unit.run(output, run.direction),
-            HostMessage::MotorSendHome(_) => unit.go(output, Motion::To(Steps(0))),
-            HostMessage::MotorSendToEnd(_) if unit.settings.end_limit.0 == 0 => {}
-            HostMessage::MotorSendToEnd(_) => unit.go(output, Motion::To(unit.settings.end_limit)),
-            HostMessage::MotorSendToStart(_) => unit.go(output, Motion::To(unit.settings.plan.start)),
-            HostMessage::MotorSendToStop(_) => unit.go(output, Motion::To(unit.settings.plan.stop)),
+            command::MotorSendHome => unit.go(output, Motion::To(Steps(0))),
+            command::MotorSendToEnd if unit.settings.end_limit.0 == 0 => {}
+            command::MotorSendToEnd => unit.go(output, Motion::To(unit.settings.end_limit)),
+            command::MotorSendToStart => unit.go(output, Motion::To(unit.settings.plan.start)),
+            command::MotorSendToStop => unit.go(output, Motion::To(unit.settings.plan.stop)),
             // Later firmware sets the lead-out to the missing number, which is 0.
-            HostMessage::MotorStepForward(_) if profile.has_steps() == Some(false) => {}
-            HostMessage::MotorStepBack(_) if profile.has_steps() == Some(false) => return Outcome::Unknown,
-            HostMessage::MotorStepForward(_) => return Outcome::ok_if(unit.single_step(output, true)),
-            HostMessage::MotorStepBack(_) => return Outcome::ok_if(unit.single_step(output, false)),
-            HostMessage::MotorSetContinuousSpeed(_) => {
-                let before = unit.settings.speed.0;
-                if let Some(speed) = speed {
-                    unit.set_speed(output, speed);
-                    if starts && before.abs() < 1.0 && speed.0.abs() > 1.0 {
-                        unit.run(output, Direction((speed.0 > 0.0).into()));
-                    }
-                }
-                if is_silent_at_speed {
-                    return Outcome::Silent;
-                }
-            }
-            HostMessage::MotorSetEasing(set) if set.easing.name().is_none() => return Outcome::RefusedThenOk,
+            command::MotorStepForward if profile.has_steps() == Some(false) => {}
+            command::MotorStepBack if profile.has_steps() == Some(false) => return Outcome::Unknown,
+            command::MotorStepForward => return Outcome::ok_if(unit.single_step(output, true)),
+            command::MotorStepBack => return Outcome::ok_if(unit.single_step(output, false)),
+            command::MotorSetEasing if request.get::<Easing>().name().is_none() => return Outcome::RefusedThenOk,
             _ => {
-                if !self.keep_of_motor(output, motor, max_rate, message) {
+                if !self.keep_of_motor(output, motor, request) {
                     return Outcome::Unknown;
                 }
                 output.event(Event::Set(Part::Motor(motor)));
@@ -214,114 +161,134 @@ impl DeviceMachine {
         Outcome::OK
     }
 
+    /// Moves a motor by a number of steps, or runs it if the number is 0.
+    fn move_or_run(&mut self, output: &mut Effects, motor: Motor, request: &Request) -> Outcome {
+        let quirks = self.options.quirks();
+        let is_whole = request.has(5) || quirks.contains(Quirks::SHORT_MOVES);
+        let (direction, steps) = request.pair();
+        let Some(steps) = self.arriving(steps).filter(|_| is_whole) else { return Outcome::ERROR };
+        let unit = self.motor_mut(motor);
+        if steps > 0 {
+            unit.go(output, Motion::By { direction, steps: steps.into() });
+        } else if !quirks.contains(Quirks::FIRMWARE_DIRECTIONS) || unit.settings.speed.0 != 0.0 {
+            unit.run(output, direction);
+        }
+        Outcome::OK
+    }
+
+    /// Sets the speed of runs.
+    fn set_speed(&mut self, output: &mut Effects, motor: Motor, set: StepsPerSecond) -> Outcome {
+        let speed = if self.has_firmware_settings() {
+            self.taken_speed(set)
+        } else {
+            Some(set).filter(|set| set.0.abs() <= f32::from(self.controller.max_step_rate.0))
+        };
+        let starts = self.speeds_start_motors();
+        let is_silent = self.is_silent_at_speed();
+        let unit = self.motor_mut(motor);
+        let before = unit.settings.speed.0;
+        if let Some(speed) = speed {
+            unit.set_speed(output, speed);
+            if starts && before.abs() < 1.0 && speed.0.abs() > 1.0 {
+                unit.run(output, Direction((speed.0 > 0.0).into()));
+            }
+        }
+        if is_silent { Outcome::Silent } else { Outcome::OK }
+    }
+
     /// Keeps a setting of a motor, and returns whether the message is one.
-    fn keep_of_motor(
-        &mut self,
-        output: &mut Output<'_>,
-        motor: Motor,
-        max: StepRate,
-        message: &HostMessage<'_>,
-    ) -> bool {
+    fn keep_of_motor(&mut self, output: &mut Effects, motor: Motor, request: &Request) -> bool {
+        let max = self.controller.max_step_rate;
         let is_firmware = self.has_firmware_settings();
         let has_bools = is_firmware && self.options.profile().has_true_bytes() == Some(false);
         let unit = self.motor_mut(motor);
-        match message {
-            HostMessage::MotorSetSleep(set) => unit.set_sleep(output, set.sleep.get()),
-            HostMessage::MotorSetEnable(set) => unit.set_enable(output, set.enable),
-            HostMessage::MotorSetBacklash(set) => unit.settings.backlash = set.backlash,
-            HostMessage::MotorSetMicrostep(set) => unit.set_microstep(output, set.microstep),
-            HostMessage::MotorSetMaxStepSpeed(set) => {
-                if set.max_step_speed.0 != 0 && set.max_step_speed <= max {
-                    unit.settings.max_step_speed = set.max_step_speed;
+        let settings = &mut unit.settings;
+        match request.selector.command {
+            command::MotorSetSleep => unit.set_sleep(output, request.get::<Bool>().get()),
+            command::MotorSetEnable => unit.set_enable(output, request.get()),
+            command::MotorSetBacklash => settings.backlash = request.get(),
+            command::MotorSetMicrostep => unit.set_microstep(output, request.get()),
+            command::MotorSetMaxStepSpeed => {
+                let speed: StepRate = request.get();
+                if speed.0 != 0 && speed <= max {
+                    settings.max_step_speed = speed;
                 }
             }
-            HostMessage::MotorSetDirection(set) if has_bools => {
-                unit.settings.direction = Direction(set.direction.0.min(1));
+            command::MotorSetDirection => {
+                let Direction(direction) = request.get();
+                settings.direction = Direction(if has_bools { direction.min(1) } else { direction });
             }
-            HostMessage::MotorSetDirection(set) => unit.settings.direction = set.direction,
-            HostMessage::MotorSetHomeHere(_) => unit.set_home(output),
-            HostMessage::MotorSetEndHere(_) => unit.settings.end_limit = unit.position,
-            HostMessage::MotorResetLimits(_) => unit.reset_limits(output),
-            HostMessage::MotorSetContinuousAcceleration(set) if is_firmware => {
-                unit.settings.acceleration = taken_acceleration(set.acceleration, unit.settings.acceleration);
-            }
-            HostMessage::MotorSetContinuousAcceleration(set) => {
-                if set.acceleration.0.is_finite() {
-                    unit.settings.acceleration = set.acceleration;
+            command::MotorSetHomeHere => unit.set_home(output),
+            command::MotorSetEndHere => settings.end_limit = unit.position,
+            command::MotorResetLimits => unit.reset_limits(output),
+            command::MotorSetContinuousAcceleration => {
+                let set = request.get();
+                if is_firmware {
+                    settings.acceleration = taken_acceleration(set, settings.acceleration);
+                } else if set.0.is_finite() {
+                    settings.acceleration = set;
                 }
             }
-            HostMessage::MotorSetProgramStart(set) => unit.settings.plan.start = set.position,
-            HostMessage::MotorSetProgramStop(set) => unit.settings.plan.stop = set.position,
-            HostMessage::MotorSetEasing(set) => unit.settings.plan.easing = set.easing,
+            command::MotorSetProgramStart => settings.plan.start = request.get(),
+            command::MotorSetProgramStop => settings.plan.stop = request.get(),
+            command::MotorSetEasing => settings.plan.easing = request.get(),
             _ => return false,
         }
         true
     }
 
-    fn set_span(&mut self, output: &mut Output<'_>, motor: Motor, message: &HostMessage<'_>, span: u32) -> Outcome {
+    fn set_span(&mut self, output: &mut Effects, motor: Motor, request: &Request) -> Outcome {
+        let command = request.selector.command;
+        let is_lead_in = command == command::MotorSetLeadIn;
+        // The lead-in has two lengths, and each firmware reads one of them.
+        let is_short = is_lead_in && !self.reads_long_lead_in();
+        let span = if is_short { request.get::<u16>().into() } else { request.get() };
         let Some(span) = self.arriving(span) else { return Outcome::ERROR };
-        let is_lead_in = matches!(message, HostMessage::MotorSetLeadIn(_) | HostMessage::MotorSetLeadInLong(_));
         let cuts = is_lead_in && self.has_firmware_settings() && self.options.profile().cuts_lead_in() == Some(true);
-        let span = Span(if cuts { span & 0xFFFF } else { span });
         let settings = &mut self.motor_mut(motor).settings;
-        match message {
-            HostMessage::MotorSetTravel(_) => settings.plan.travel = span,
-            HostMessage::MotorSetProgramAcceleration(_) => settings.plan.acceleration = span,
-            HostMessage::MotorSetProgramDeceleration(_) => settings.plan.deceleration = span,
-            _ => settings.lead_in = span,
-        }
+        *match command {
+            command::MotorSetTravel => &mut settings.plan.travel,
+            command::MotorSetProgramAcceleration => &mut settings.plan.acceleration,
+            command::MotorSetProgramDeceleration => &mut settings.plan.deceleration,
+            _ => &mut settings.lead_in,
+        } = Span(if cuts { span & 0xFFFF } else { span });
         output.event(Event::Set(Part::Motor(motor)));
         Outcome::OK
     }
 
     /// Carries out a command to the camera, 2 to 10.
-    pub(super) fn set_camera(&mut self, now: Millis, output: &mut Output<'_>, message: &HostMessage<'_>) -> Outcome {
-        let long = match message {
-            HostMessage::CameraSetExposureTime(set) => self.arriving(set.exposure_time.0),
-            HostMessage::CameraSetInterval(set) => self.arriving(set.interval.0),
-            _ => Some(0),
-        };
-        let Some(long) = long else { return Outcome::ERROR };
+    pub(super) fn set_camera(&mut self, now: Millis, output: &mut Effects, request: &Request) -> Outcome {
+        let number = self.arriving(request.get());
+        let byte: u8 = request.get();
         let settings = &mut self.camera.settings;
-        match message {
-            HostMessage::CameraExpose(_) if self.options.quirks().contains(Quirks::EXPOSES_ALWAYS) => {
-                if self.options.profile().exposes_on_command() != Some(false) {
+        match request.selector.command {
+            command::CameraExpose => {
+                if !self.options.quirks().contains(Quirks::EXPOSES_ALWAYS) {
+                    self.camera.expose(now, output, false);
+                } else if self.options.profile().exposes_on_command() != Some(false) {
                     self.camera.expose_bare(now, output);
                 }
                 return Outcome::OK;
             }
-            HostMessage::CameraExpose(_) => {
-                self.camera.expose(now, output, false);
-                return Outcome::OK;
-            }
-            HostMessage::CameraSetEnable(set) => {
-                settings.enable = set.enable.get();
-                if !set.enable.get() {
+            command::CameraSetEnable => {
+                settings.enable = byte != 0;
+                if byte == 0 {
                     self.camera.stop(output);
                 }
             }
-            HostMessage::CameraSetExposureTime(_) => settings.exposure_time.0 = long,
-            HostMessage::CameraSetInterval(_) => settings.interval.0 = long,
-            HostMessage::CameraSetFocusTime(set) => settings.focus_time = set.focus_time,
-            HostMessage::CameraSetMaxShots(set) => settings.max_shots = set.max_shots,
-            HostMessage::CameraSetExposureDelay(set) => settings.exposure_delay = set.exposure_delay,
-            HostMessage::CameraSetFocusWithShutter(set) => settings.focus_with_shutter = set.focus_with_shutter.get(),
-            HostMessage::CameraSetMirrorUp(set) => settings.mirror_up = set.mirror_up.get(),
+            command::CameraSetExposureTime | command::CameraSetInterval => {
+                let Some(number) = number else { return Outcome::ERROR };
+                let is_interval = request.selector.command == command::CameraSetInterval;
+                (if is_interval { &mut settings.interval } else { &mut settings.exposure_time }).0 = number;
+            }
+            command::CameraSetFocusTime => settings.focus_time = request.get(),
+            command::CameraSetMaxShots => settings.max_shots = request.get(),
+            command::CameraSetExposureDelay => settings.exposure_delay = request.get(),
+            command::CameraSetFocusWithShutter => settings.focus_with_shutter = byte != 0,
+            command::CameraSetMirrorUp => settings.mirror_up = byte != 0,
             _ => return Outcome::Unknown,
         }
         output.event(Event::Set(Part::Camera));
         Outcome::OK
     }
-}
-
-/// Number of a message that sets a part of the planned move.
-fn span(message: &HostMessage<'_>) -> Option<u32> {
-    Some(match message {
-        HostMessage::MotorSetLeadIn(set) => set.lead_in.0.into(),
-        HostMessage::MotorSetLeadInLong(set) => set.lead_in.0,
-        HostMessage::MotorSetTravel(set) => set.travel.0,
-        HostMessage::MotorSetProgramAcceleration(set) => set.acceleration.0,
-        HostMessage::MotorSetProgramDeceleration(set) => set.deceleration.0,
-        _ => return None,
-    })
 }

@@ -1,16 +1,17 @@
 //! Session of a node: the machine with the stream buffers of its ports.
 
+use motion_core::machine::Effect;
 use motion_core::session::{self, Agenda, News, Session as _, Turn, TurnOf};
 use motion_core::stream::Item;
 use motion_core::time::Millis;
 use motion_core::wire::EncodeError;
 use motion_core::{session_device, session_methods};
 
-use super::event::Ignored;
-use super::transmit::{Answer, Contents, Transmit};
-use super::{Command, Contact, DeviceMachine, EFFECTS, Effect, Event, Input, Port, input};
-use crate::frame::{Address, Frame, MAX_FRAME, PATIENCE, Requests};
-use crate::message::{Amperes, HostMessage, Level, Motor, RingTip, Steps, Volts};
+use super::machine::Happened;
+use super::request::{Reaction, Request};
+use super::{Command, Contact, DeviceMachine, EFFECTS, Event, Input, LazyMessage, Port};
+use crate::frame::{Frame, MAX_FRAME, PATIENCE, Requests};
+use crate::message::{Amperes, Level, Motor, RingTip, Steps, Volts};
 
 pub use motion_core::session::NotTaken;
 
@@ -26,25 +27,7 @@ pub enum Next<'a> {
 }
 
 /// Effect without what it borrows from the packet that came last.
-#[derive(Debug, Clone, Copy)]
-pub enum Held {
-    Answer(Port, Answer),
-    /// The packet itself goes to another port.
-    Forward(Port),
-    Event(Event<'static>),
-    Ignored(Port, Address, Ignored),
-}
-
-impl Held {
-    fn of(effect: Effect<'_>) -> Self {
-        match effect {
-            Effect::Transmit(Transmit { port, contents: Contents::Answer(answer) }) => Self::Answer(port, answer),
-            Effect::Transmit(Transmit { port, contents: Contents::Forward { .. } }) => Self::Forward(port),
-            Effect::Event(Event::Ignored { port, to, why, .. }) => Self::Ignored(port, to, why),
-            Effect::Event(event) => Self::Event(event.to_static().unwrap_or(Event::Noise)),
-        }
-    }
-}
+type Held = Effect<Reaction, Event<'static>>;
 
 /// Stream of one port, which takes pieces of 64 bytes.
 type Link = session::Link<Requests, { 2 * MAX_FRAME + 63 }>;
@@ -166,60 +149,44 @@ impl Session {
 
     /// Tells the machine the next thing that happened. Returns false if nothing did.
     fn advance(&mut self, now: Millis) -> bool {
-        if let Some(News::Wish(report)) = self.agenda.news() {
-            if self.stops_again && sets_in_motion(&report) {
-                return true;
-            }
+        let happened = if let Some(News::Wish(report)) = self.agenda.news() {
             if matches!(report, Input::Command(Command::EmergencyStop)) {
                 self.stops_again = !self.agenda.is_settled() || self.held() > 0;
             }
-            let output = self.machine.advance(now, report);
-            self.agenda.fill(output, Held::of);
-            return true;
-        }
-        for (port, link) in [Port::Bus, Port::Usb, Port::Bluetooth].into_iter().zip(&mut self.links) {
-            let output = match link.next() {
-                Some(Item::Frame(frame)) => {
-                    self.last = port;
-                    let input = Input::received(port, &frame);
-                    if self.stops_again && sets_in_motion(&input) {
-                        return true;
-                    }
-                    self.machine.advance(now, input)
-                }
-                Some(_) => self.machine.advance(now, Input::Noise),
-                None => {
-                    if link.give_up(now) {
-                        return true;
-                    }
-                    continue;
-                }
-            };
-            self.agenda.fill(output, Held::of);
-            return true;
-        }
-        let input = if core::mem::take(&mut self.stops_again) {
-            Input::Command(Command::EmergencyStop)
+            Happened::Report(report)
+        } else if let Some(arrived) = self.next_arrival(now) {
+            arrived
+        } else if core::mem::take(&mut self.stops_again) {
+            Happened::Report(Input::Command(Command::EmergencyStop))
         } else if self.agenda.is_due(now) {
-            Input::Wake
+            Happened::Report(Input::Wake)
         } else {
             return false;
         };
-        let output = self.machine.advance(now, input);
-        self.agenda.fill(output, Held::of);
+        // Nothing that arrived before a stop sets anything in motion after it.
+        if !self.stops_again || !happened.sets_in_motion() {
+            self.agenda.fill(self.machine.act(now, happened), |effect| effect);
+        }
         true
     }
-}
 
-/// Whether something may move, or the shutter may open, because of an input. Nothing of the kind that arrived before a stop is
-/// done after it.
-fn sets_in_motion(input: &Input<'_>) -> bool {
-    match input {
-        Input::Received { message, .. } => {
-            message.conduct().may_move() || matches!(message, HostMessage::CameraExpose(_))
+    /// Next packet or noise of any port.
+    fn next_arrival(&mut self, now: Millis) -> Option<Happened<'static>> {
+        for (port, link) in [Port::Bus, Port::Usb, Port::Bluetooth].into_iter().zip(&mut self.links) {
+            loop {
+                let Some(item) = link.next() else {
+                    if link.give_up(now) {
+                        continue;
+                    }
+                    break;
+                };
+                let Item::Frame(frame) = item else { return Some(Happened::Report(Input::Noise)) };
+                self.last = port;
+                let (selector, data) = frame.request();
+                return Some(Happened::Request(port, frame.address(), Request::new(selector, data)));
+            }
         }
-        Input::Command(Command::Start) | Input::Alt(_) | Input::CommonLine => true,
-        _ => false,
+        None
     }
 }
 
@@ -259,9 +226,8 @@ impl session::Session for Session {
             }
         };
         let (port, written) = match held {
-            // Encoding any contents would link the encoders of all requests.
-            Held::Answer(port, answer) => (port, answer.encode_into(out)),
-            Held::Forward(port) => (port, copied(self.packet(), out)),
+            Effect::Transmit(Reaction::Answer(port, response)) => (port, response.encode_into(out)),
+            Effect::Transmit(Reaction::Forward(port)) => (port, copied(self.packet(), out)),
             held => return Ok(Turn::Event(held)),
         };
         if written.is_err() {
@@ -272,9 +238,9 @@ impl session::Session for Session {
 
     fn event(&self, held: Held) -> Event<'_> {
         match (held, Frame::decode(self.packet())) {
-            (Held::Event(event), _) => event,
-            (Held::Ignored(port, to, why), Ok(frame)) => {
-                Event::Ignored { port, to, message: input::message(&frame), why }
+            (Effect::Event(event), _) => event,
+            (Effect::Transmit(Reaction::Ignore(port, to, why)), Ok(frame)) => {
+                Event::Ignored { port, to, message: LazyMessage::of(&frame), why }
             }
             _ => Event::Noise,
         }

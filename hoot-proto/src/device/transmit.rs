@@ -72,7 +72,7 @@ impl Answer {
     }
 
     /// Writes the packet of the answer to the front of `out`.
-    pub(super) fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
+    fn encode_into(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
         self.message(&mut [0; MAX_DATA])?.encode_into(out)
     }
 

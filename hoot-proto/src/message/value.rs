@@ -104,6 +104,19 @@ impl<'a> Value<'a> {
         })
     }
 
+    /// The value, if it is not text.
+    pub(crate) const fn number(self) -> Option<Value<'static>> {
+        Some(match self {
+            Self::Byte(number) => Value::Byte(number),
+            Self::UInt(number) => Value::UInt(number),
+            Self::Int(number) => Value::Int(number),
+            Self::Long(number) => Value::Long(number),
+            Self::ULong(number) => Value::ULong(number),
+            Self::Float(number) => Value::Float(number),
+            Self::String(_) => return None,
+        })
+    }
+
     /// Type of the value.
     #[must_use]
     #[inline]

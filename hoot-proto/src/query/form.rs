@@ -7,7 +7,7 @@ use crate::message::ValueType;
 ///
 /// Source: hoot, sections 1.2, 2.2 to 2.4, and 3.
 #[derive(Clone, Copy)]
-pub(super) enum Form {
+pub(crate) enum Form {
     Byte,
     UInt,
     Int,
@@ -48,7 +48,7 @@ impl Form {
         }
     }
 
-    pub(super) const fn of(self, profile: Profile) -> ValueType {
+    pub(crate) const fn of(self, profile: Profile) -> ValueType {
         match self {
             Self::Byte => ValueType::BYTE,
             Self::UInt | Self::SheetInt => ValueType::UINT,

@@ -37,8 +37,9 @@ use core::fmt;
 use motion_core::wire::{EncodeError, FieldView, Fields, Value as Shown, Visitor};
 
 use crate::message::{Reply, ResponseCode, Value, ValueType};
-use form::Form;
+pub(crate) use form::Form;
 pub use profile::{DelayUnit, Profile, ProfileError};
+pub(crate) use table::is_same;
 pub use table::{AnyQuery, AnyReply};
 pub use value::ReplyValue;
 

@@ -5,7 +5,7 @@ use core::fmt;
 use motion_core::wire::Bool;
 
 use super::form::Form;
-use super::{Answer, IntoReply, Profile, Query, ReplyError, decode};
+use super::{Answer, IntoReply, Profile, Query, ReplyError, ReplyValue, decode};
 use crate::message::{
     Acceleration, AltMode, AltModes, Amperes, Backlash, CameraEnable, CameraExposing, CameraExposureDelay,
     CameraExposureTime, CameraFocusTime, CameraFocusWithShutter, CameraInterval, CameraMaxShots, CameraMirrorUp,
@@ -19,6 +19,18 @@ use crate::message::{
     SpeedOrSleep, StartDelay, StartDelayQuery, StepRate, Steps, Text, TimingMaster, Value, ValueType, Version, Voltage,
     Volts,
 };
+
+/// Whether two names are the same.
+pub(crate) const fn is_same(one: &str, other: &str) -> bool {
+    let (mut one, mut other) = (one.as_bytes(), other.as_bytes());
+    loop {
+        match (one, other) {
+            ([], []) => return true,
+            ([a, rest @ ..], [b, others @ ..]) if *a == *b => (one, other) = (rest, others),
+            _ => return false,
+        }
+    }
+}
 
 /// Makes the queries of one table: the value of each query, and the enums over all queries.
 macro_rules! queries {
@@ -49,7 +61,27 @@ macro_rules! queries {
             $variant($query),)*
         }
 
+        impl Form {
+            /// Form of the answer to a query with this name.
+            pub(crate) const fn named(name: &str) -> Self {
+                $(if is_same(name, stringify!($variant)) {
+                    return Self::$form;
+                })*
+                Self::Byte
+            }
+        }
+
         impl AnyQuery {
+            /// Answer to the query with a value, if the value has the right meaning and size.
+            pub(crate) fn read(self, value: Value<'_>) -> Option<AnyReply<'_>> {
+                let value_type = value.value_type();
+                Some(match self {
+                    $(Self::$variant(_) => {
+                        AnyReply::$variant(Answer { value: ReplyValue::from_value(value)?, value_type })
+                    })*
+                })
+            }
+
             /// Type of the answer that firmware of a profile usually sends.
             #[must_use]
             pub const fn value_type(&self, profile: Profile) -> ValueType {

@@ -215,7 +215,7 @@ pub(crate) fn answers(output: &device::Output<'_>) -> Vec<Answer> {
 }
 
 pub(crate) fn ignored(to: Address, message: HostMessage<'_>, why: Ignored) -> Event<'_> {
-    Event::Ignored { port: Port::Bus, to, message, why }
+    Event::Ignored { port: Port::Bus, to, message: message.into(), why }
 }
 
 pub(crate) fn speed(motor: Motor, speed: f32) -> HostMessage<'static> {
