@@ -90,7 +90,7 @@ impl Plan {
         let part = |of: u64| of.checked_shr(surplus).unwrap_or(0);
         let way = u64::from(self.start.0.abs_diff(self.stop.0));
         let half = if to_nearest { part(total) / 2 } else { 0 };
-        let covered = way.saturating_mul(part(gone)).saturating_add(half).checked_div(part(total)).unwrap_or(way);
+        let covered = way.wrapping_mul(part(gone)).saturating_add(half).checked_div(part(total)).unwrap_or(way);
         let covered = u32::try_from(covered).unwrap_or(u32::MAX);
         Steps(if self.start < self.stop {
             self.start.0.saturating_add_unsigned(covered)
@@ -106,7 +106,7 @@ impl Plan {
         if both <= u64::from(travel) {
             return (gain, lose);
         }
-        let gain = u64::from(gain).saturating_mul(travel.into()).checked_div(both).unwrap_or(0);
+        let gain = u64::from(gain).wrapping_mul(travel.into()).checked_div(both).unwrap_or(0);
         let gain = u32::try_from(gain).unwrap_or(travel);
         (gain, travel.saturating_sub(gain))
     }
@@ -114,16 +114,16 @@ impl Plan {
     /// Distance covered in the first `elapsed` of a ramp, if full speed covers [`unit`] of 1 in 1. It is the integral
     /// of the speed, which is u, u², or 1 - (1 - u)² at the part u of the ramp.
     fn ramp(&self, elapsed: u32, ramp: u32) -> u64 {
-        // u has 20 fractional bits, its third power 60.
+        // u is 1 at most and has 20 fractional bits, its third power 60. Nothing is too great for 64 bits.
         let u = (u64::from(elapsed) << 20).checked_div(ramp.into()).unwrap_or(0);
-        let square = u.saturating_mul(u);
-        let cube = square.saturating_mul(u);
+        let square = u.wrapping_mul(u);
+        let cube = square.wrapping_mul(u);
         let covered = match self.easing {
             Easing::QUADRATIC => cube / 3,
-            Easing::INVERSE_QUADRATIC => (square << 20).saturating_mul(3).saturating_sub(cube) / 3,
+            Easing::INVERSE_QUADRATIC => (square << 20).wrapping_mul(3).saturating_sub(cube) / 3,
             _ => square << 19,
         };
-        u64::from(ramp).saturating_mul(covered >> 29)
+        u64::from(ramp).wrapping_mul(covered >> 29)
     }
 
     /// Distance covered in the first `moves` of a ramp: the distance of the whole ramp, shared among its moves in the proportion
@@ -139,14 +139,14 @@ impl Plan {
                 let to_come = squares(ramp).saturating_sub(squares(ramp.saturating_sub(moves)));
                 unit(moves).saturating_sub(part_of(unit(ramp) / 3, to_come, squares(ramp)))
             }
-            _ => part_of(whole, numbers(moves), numbers(ramp)),
+            _ => part_of(whole, numbers(moves).into(), numbers(ramp).into()),
         }
     }
 }
 
-/// Twice the sum of the numbers up to `last`.
-fn numbers(last: u32) -> u128 {
-    u128::from(last).saturating_mul(u128::from(last).saturating_add(1))
+/// Twice the sum of the numbers up to `last`, which fits into 64 bits.
+const fn numbers(last: u32) -> u64 {
+    (last as u64).wrapping_mul((last as u64).saturating_add(1))
 }
 
 /// Part of a distance: it times `some / all`, of which `all` is not smaller. The quotient has 30 fractional bits, and is found
@@ -163,8 +163,9 @@ fn part_of(distance: u64, some: u128, all: u128) -> u64 {
 }
 
 /// Six times the sum of the squares of the numbers up to `last`.
+#[cfg_attr(target_os = "none", inline(never))]
 fn squares(last: u32) -> u128 {
-    numbers(last).saturating_mul(u128::from(last).saturating_mul(2).saturating_add(1))
+    u128::from(numbers(last)).wrapping_mul((u64::from(last) << 1 | 1).into())
 }
 
 /// Fixed point with 31 fractional bits, so that the longest distance fits into 64 bits.

@@ -87,13 +87,12 @@ const fn form(number: u32) -> Form {
 
 /// Form of the answer to a query.
 pub(super) fn form_of(Selector { sub_address, command, .. }: Selector) -> Form {
-    let [controller, motor, camera] = &FORMS;
-    let forms = match sub_address {
-        0 => controller,
-        4 => camera,
-        _ => motor,
+    let row = match sub_address {
+        0 => 0,
+        4 => 2,
+        _ => 1,
     };
-    let form = forms.get(usize::from(command.saturating_sub(FIRST_QUERY)));
+    let form = FORMS.get::<usize>(row).and_then(|forms| forms.get(usize::from(command.saturating_sub(FIRST_QUERY))));
     form.copied().unwrap_or(Form::Byte)
 }
 
@@ -129,14 +128,14 @@ const fn moves(table: Table, sub_address: u8) -> [u8; 16] {
 
 /// Whether a command may set something in motion.
 pub(super) fn may_move(Selector { table, sub_address, command }: Selector) -> bool {
-    let [controller, motor, camera, broadcast, core] = &MOVES;
-    let moves = match (table, sub_address) {
-        (Table::Broadcast, _) => broadcast,
-        (Table::Core, _) => core,
-        (Table::Node, 0) => controller,
-        (Table::Node, 1..=3) => motor,
-        (Table::Node, 4) => camera,
-        _ => return true,
+    let row = match (table, sub_address) {
+        (Table::Node, 0) => 0,
+        (Table::Node, 1..=3) => 1,
+        (Table::Node, 4) => 2,
+        (Table::Node, _) => return true,
+        (Table::Broadcast, _) => 3,
+        (Table::Core, _) => 4,
     };
-    moves.get(usize::from(command / 8)).is_none_or(|bits| bits >> (command % 8) & 1 != 0)
+    let bits = MOVES.get::<usize>(row).and_then(|moves| moves.get(usize::from(command / 8)));
+    bits.is_none_or(|bits| bits >> (command % 8) & 1 != 0)
 }

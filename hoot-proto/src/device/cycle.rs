@@ -4,7 +4,7 @@ use motion_core::states;
 use motion_core::time::Millis;
 
 use super::{AltOut, DeviceMachine, Effects, Event, Motion, MotorState, MotorUnit, ProgramState, Quirks};
-use crate::message::{AltMode, CommonLine, ProgramMode, Steps};
+use crate::message::{AltMode, CommonLine, Motor, ProgramMode, Steps};
 use crate::program::Plan;
 use crate::query::Profile;
 
@@ -420,17 +420,17 @@ impl DeviceMachine {
     /// Starts the motors that move by the clock and whose time has come, and the motors that a pause has stopped.
     fn follow_the_clock(&mut self, now: Millis, output: &mut Effects) {
         let run_time = self.program.run_time(now);
-        let due = self.motors.map(|motor| {
-            let is_due = self.clock_begins(&motor).is_some_and(|begin| now >= begin);
-            self.begins(&motor).filter(|_| is_due)
-        });
-        for (motor, due) in self.motors.iter_mut().zip(due) {
-            if let Some(begin) = due {
-                let plan = motor.settings.plan;
-                let at = u32::try_from(run_time.saturating_sub(begin)).unwrap_or(u32::MAX);
-                motor.done = 1;
-                motor.follow(output, Motion::Along { plan, elapsed: at.min(plan.travel.0) });
+        for motor in Motor::ALL {
+            let unit = self.motor(motor);
+            if self.clock_begins(unit).is_none_or(|begin| now < begin) {
+                continue;
             }
+            let Some(begin) = self.begins(unit) else { continue };
+            let unit = self.motor_mut(motor);
+            let plan = unit.settings.plan;
+            let at = u32::try_from(run_time.saturating_sub(begin)).unwrap_or(u32::MAX);
+            unit.done = 1;
+            unit.follow(output, Motion::Along { plan, elapsed: at.min(plan.travel.0) });
         }
     }
 

@@ -172,11 +172,12 @@ impl DeviceMachine {
         }
         for unit in &mut self.motors {
             let plan = unit.settings.plan;
-            let distance = u64::from(plan.stop.0.abs_diff(plan.start.0)).saturating_mul(16);
+            // The products fit into 64 bits.
+            let distance = u64::from(plan.stop.0.abs_diff(plan.start.0)).wrapping_mul(16_000);
             let ramps = plan.acceleration.0.saturating_add(plan.deceleration.0) / 2;
             let cruise = plan.travel.0.saturating_sub(ramps).max(1);
-            let time = if is_stepwise { u64::from(cruise).saturating_mul(pause.into()) } else { cruise.into() };
-            let steps = distance.saturating_mul(1000).checked_div(unit.settings.microstep.0.into()).unwrap_or(0);
+            let time = if is_stepwise { u64::from(cruise).wrapping_mul(pause.into()) } else { cruise.into() };
+            let steps = distance.checked_div(unit.settings.microstep.0.into()).unwrap_or(0);
             let speed = steps.checked_div(time.max(1)).unwrap_or(0);
             match speed {
                 0..=4000 => unit.set_microstep(output, Microstep::SIXTEENTH),

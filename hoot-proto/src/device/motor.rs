@@ -293,8 +293,9 @@ impl MotorUnit {
         }
         self.stop(output);
         let scale = |steps: i32| {
-            let scaled = i64::from(steps).saturating_mul(microstep.0.into()).checked_div(old.0.into()).unwrap_or(0);
-            i32::try_from(scaled).unwrap_or(if scaled < 0 { i32::MIN } else { i32::MAX })
+            let scaled = u64::from(steps.unsigned_abs()).wrapping_mul(microstep.0.into()).checked_div(old.0.into());
+            let scaled = u32::try_from(scaled.unwrap_or(0)).unwrap_or(u32::MAX);
+            if steps < 0 { 0_i32.saturating_sub_unsigned(scaled) } else { 0_i32.saturating_add_unsigned(scaled) }
         };
         for place in self.places() {
             place.0 = scale(place.0);
@@ -343,8 +344,9 @@ impl MotorUnit {
 
     /// Positions that are stored. An end limit of 0 means no limit and must stay 0, so it is left out.
     fn places(&mut self) -> impl Iterator<Item = &mut Steps> {
-        let end = (self.settings.end_limit.0 != 0).then_some(&mut self.settings.end_limit);
-        end.into_iter().chain([&mut self.settings.plan.start, &mut self.settings.plan.stop])
+        let MotorSettings { plan, end_limit, .. } = &mut self.settings;
+        let has_end = end_limit.0 != 0;
+        [&mut plan.start, &mut plan.stop, end_limit].into_iter().take(if has_end { 3 } else { 2 })
     }
 
     /// Goes on or back by one step of the planned move; `false` if there is none.

@@ -282,7 +282,7 @@ impl StartDelay {
     pub fn milliseconds(self, profile: Profile) -> Option<u64> {
         let delay = u64::from(self.0);
         match profile.start_delay()? {
-            DelayUnit::Seconds => Some(delay.saturating_mul(1000)),
+            DelayUnit::Seconds => Some(delay.wrapping_mul(1000)),
             DelayUnit::Milliseconds => Some(delay),
         }
     }
