@@ -100,7 +100,7 @@ impl Counter {
 /// Serves a master on a line, which is the port for USB, until the line has an error.
 pub async fn serve<L: Read + Write>(line: &mut L) -> Result<(), L::Error> {
     let mut motors = [Counter::default(); 3];
-    let mut session = Session::new(DeviceMachine::new(Options::new()));
+    let mut session = Session::new(DeviceMachine::without_quirks(Options::new()));
     let mut ticker = Ticker::every(Duration::from_millis(1));
     let (mut out, mut arrived) = ([0; 42], [0; 64]);
     let _ = session.link_up(Port::Usb);
@@ -122,7 +122,7 @@ pub async fn serve<L: Read + Write>(line: &mut L) -> Result<(), L::Error> {
 }
 
 /// Lets a millisecond pass, and reports where the motors are.
-fn tick(motors: &mut [Counter; 3], session: &mut Session) {
+fn tick(motors: &mut [Counter; 3], session: &mut Session<false>) {
     for (counter, motor) in motors.iter_mut().zip(Motor::ALL) {
         let before = counter.at;
         let arrived = counter.tick(session.machine().motor(motor).settings().speed);

@@ -20,7 +20,7 @@ pub struct Blocking {
     pub after: u64,
 }
 
-impl DeviceMachine {
+impl<const QUIRKS: bool> DeviceMachine<QUIRKS> {
     /// Times for which firmware does nothing else because of a message; none unless the node copies that
     /// ([`Quirks::BLOCKS`]).
     ///
@@ -31,7 +31,7 @@ impl DeviceMachine {
     pub fn blocking(&self, port: Port, to: Address, message: &HostMessage<'_>) -> Blocking {
         let is_read = to == self.address(port) && !self.gate_refuses(message.selector());
         let (before, after) = match message {
-            _ if !self.options.quirks().contains(Quirks::BLOCKS) => (0, 0),
+            _ if !self.has_quirk(Quirks::BLOCKS) => (0, 0),
             HostMessage::BroadcastAssignAddress(assign) if assign.new_address.is_node() => (0, BROADCAST_ADDRESS),
             HostMessage::SetAddress(set) if is_read && set.new_address.is_node() => (0, ADDRESS),
             HostMessage::CoreAssignAddress(set) if is_read && set.new_address.is_node() => (0, ADDRESS),

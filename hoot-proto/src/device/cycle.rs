@@ -102,7 +102,7 @@ impl Program {
     }
 }
 
-impl DeviceMachine {
+impl<const QUIRKS: bool> DeviceMachine<QUIRKS> {
     /// Starts or resumes the program. While it runs, nothing changes. Other motion is stopped first (decision H-3).
     pub(super) fn start(&mut self, now: Millis, output: &mut Effects) {
         if self.program.is_going() {
@@ -381,7 +381,7 @@ impl DeviceMachine {
 
     /// Places of a planned move at which motors stop for photos.
     const fn places_of_shots(&self) -> fn(&Plan, u32) -> Steps {
-        if self.options.quirks().contains(Quirks::FIRMWARE_PHOTOS) { Plan::at_shot } else { Plan::at }
+        if self.has_quirk(Quirks::FIRMWARE_PHOTOS) { Plan::at_shot } else { Plan::at }
     }
 
     /// Whether motors move by the clock: the travel and its ramps are milliseconds (decision H-66).
@@ -390,7 +390,7 @@ impl DeviceMachine {
     }
 
     fn never_resumes(&self) -> bool {
-        self.options.quirks().contains(Quirks::NEVER_RESUMES) && self.options.profile().resumes_moves() == Some(false)
+        self.has_quirk(Quirks::NEVER_RESUMES) && self.options.profile().resumes_moves() == Some(false)
     }
 
     /// Run time at which a motor begins its planned move by the clock: in video mode after the delay and its lead-in
@@ -440,7 +440,7 @@ impl DeviceMachine {
         let by_clock = self.moves_by_clock();
         if by_clock
             && motor.lacks_travel()
-            && self.options.quirks().contains(Quirks::MOVES_ALL)
+            && self.has_quirk(Quirks::MOVES_ALL)
             && self.options.profile().sends_without_travel() == Some(false)
         {
             return false;

@@ -11,9 +11,9 @@ use crate::message::{
 };
 use crate::query::{DelayUnit, Profile};
 
-impl DeviceMachine {
+impl<const QUIRKS: bool> DeviceMachine<QUIRKS> {
     pub(super) const fn has_firmware_settings(&self) -> bool {
-        self.options.quirks().contains(Quirks::FIRMWARE_SETTINGS)
+        self.has_quirk(Quirks::FIRMWARE_SETTINGS)
     }
 
     /// Takes the settings of a new node with this firmware.
@@ -105,15 +105,15 @@ impl DeviceMachine {
 }
 
 /// Motion as firmware makes it. Each part needs its quirk. Source: firmware with motors (decision H-65).
-impl DeviceMachine {
+impl<const QUIRKS: bool> DeviceMachine<QUIRKS> {
     pub(super) fn copies(&self, quirk: Quirks, fact: fn(Profile) -> Option<bool>) -> bool {
-        self.options.quirks().contains(quirk) && fact(self.options.profile()) == Some(true)
+        self.has_quirk(quirk) && fact(self.options.profile()) == Some(true)
     }
 
     /// Limits that stop motors.
     pub(super) fn limits_held(&self) -> Limits {
         match self.options.profile().holds_limits() {
-            _ if !self.options.quirks().contains(Quirks::FIRMWARE_LIMITS) => Limits::End,
+            _ if !self.has_quirk(Quirks::FIRMWARE_LIMITS) => Limits::End,
             Some(false) => Limits::None,
             _ => Limits::EndAndHome,
         }

@@ -30,7 +30,7 @@ impl Outcome {
     }
 }
 
-impl DeviceMachine {
+impl<const QUIRKS: bool> DeviceMachine<QUIRKS> {
     /// Acts on a request, and returns what is to be sent.
     pub(super) fn received(
         &mut self,
@@ -65,7 +65,7 @@ impl DeviceMachine {
     /// Answers of an outcome, or why there is none.
     fn answers(&self, now: Millis, selector: Selector, outcome: Outcome) -> Result<[Option<Response>; 2], Ignored> {
         let profile = self.options.profile();
-        let twice = self.options.quirks().contains(Quirks::ANSWERS_TWICE);
+        let twice = self.has_quirk(Quirks::ANSWERS_TWICE);
         let is_running = matches!((selector.sub_address, selector.command), (1..=3, command::MotorRunning));
         let second = match outcome {
             // The sheet's firmware does not end after this answer, and goes on into the next one.
@@ -139,7 +139,7 @@ impl DeviceMachine {
     /// Whether joystick mode refuses a command; a stop is carried out nevertheless (safety decision 2).
     pub(super) fn gate_refuses(&self, selector: Selector) -> bool {
         let is_stop = selector.sub_address == 0 && selector.command == 4;
-        let is_open = is_stop && !self.options.quirks().contains(Quirks::REFUSES_STOP);
+        let is_open = is_stop && !self.has_quirk(Quirks::REFUSES_STOP);
         self.controller.joystick_mode
             && self.options.profile().refuses_in_joystick_mode(selector) == Some(true)
             && !is_open

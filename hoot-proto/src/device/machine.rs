@@ -34,8 +34,12 @@ impl Happened<'_> {
 }
 
 /// A node of a bus.
+///
+/// A simulator needs [`Quirks`], and a node with motors does not. `DeviceMachine<false>`, which
+/// [`without_quirks`](DeviceMachine::without_quirks) makes, has none whatever its options are. It is the same node otherwise, and
+/// its firmware does not contain the code of the quirks.
 #[derive(Clone, PartialEq, Eq, Hash)]
-pub struct DeviceMachine {
+pub struct DeviceMachine<const QUIRKS: bool = true> {
     pub(super) options: Options,
     pub(super) controller: Controller,
     pub(super) motors: [MotorUnit; 3],
@@ -54,14 +58,28 @@ pub struct DeviceMachine {
     pub(super) supply: (Volts, Amperes),
 }
 
-machine! { DeviceMachine }
+machine! { [impl<const QUIRKS: bool>] DeviceMachine<QUIRKS> }
 
-motion_core::debug! { DeviceMachine { options controller motors camera program name address usb_address heard_until power_cycled limits supply } }
+motion_core::debug! { [impl<const QUIRKS: bool>] DeviceMachine<QUIRKS> { options controller motors camera program name address usb_address heard_until power_cycled limits supply } }
 
 impl DeviceMachine {
     /// A node that has just been switched on.
     #[must_use]
     pub fn new(options: Options) -> Self {
+        Self::switched_on(options)
+    }
+}
+
+impl DeviceMachine<false> {
+    /// A node that has just been switched on, and has no [`Quirks`], whatever its options are.
+    #[must_use]
+    pub fn without_quirks(options: Options) -> Self {
+        Self::switched_on(options)
+    }
+}
+
+impl<const QUIRKS: bool> DeviceMachine<QUIRKS> {
+    fn switched_on(options: Options) -> Self {
         let mut machine = Self {
             options,
             controller: Controller::default(),
@@ -79,12 +97,17 @@ impl DeviceMachine {
         if machine.has_firmware_settings() {
             machine.take_first_settings();
         }
-        if options.quirks().contains(Quirks::TAKES_UP_BACKLASH) {
+        if machine.has_quirk(Quirks::TAKES_UP_BACKLASH) {
             for motor in &mut machine.motors {
                 motor.went_up = Some(false);
             }
         }
         machine
+    }
+
+    /// Whether the node copies a habit of firmware.
+    pub(super) const fn has_quirk(&self, quirk: Quirks) -> bool {
+        QUIRKS && self.options.quirks().contains(quirk)
     }
 
     /// The same node on a clock that was set back by so many milliseconds, to compare machines that differ only by their age.

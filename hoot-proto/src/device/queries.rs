@@ -8,7 +8,7 @@ use super::{DeviceMachine, ProgramState, command};
 use crate::frame::Selector;
 use crate::message::{EasingFound, Motor, RunState, ValueType};
 
-impl DeviceMachine {
+impl<const QUIRKS: bool> DeviceMachine<QUIRKS> {
     /// Answers a query. One query changes something: that the power was off is answered once.
     pub(super) fn ask(&mut self, now: Millis, query: Selector) -> Outcome {
         let outcome = self.value(now, query);

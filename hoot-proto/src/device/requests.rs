@@ -16,10 +16,10 @@ use crate::query::Profile;
 /// The step rates that firmware takes. Source: hoot, section 2.1, command 11.
 const STEP_RATES: [u16; 5] = [1000, 2000, 4000, 5000, 10_000];
 
-impl DeviceMachine {
+impl<const QUIRKS: bool> DeviceMachine<QUIRKS> {
     /// The part of a number of 32 bits that arrives, if the number is not refused (safety decision 3).
     fn arriving(&self, number: u32) -> Option<u32> {
-        if self.options.quirks().contains(Quirks::DROPS_TOP_BYTE) {
+        if self.has_quirk(Quirks::DROPS_TOP_BYTE) {
             Some(number & MAX_ARRIVING)
         } else {
             Some(number).filter(|&number| number <= MAX_ARRIVING)
@@ -163,14 +163,14 @@ impl DeviceMachine {
 
     /// Moves a motor by a number of steps, or runs it if the number is 0.
     fn move_or_run(&mut self, output: &mut Effects, motor: Motor, request: &Request) -> Outcome {
-        let quirks = self.options.quirks();
-        let is_whole = request.has(5) || quirks.contains(Quirks::SHORT_MOVES);
+        let is_whole = request.has(5) || self.has_quirk(Quirks::SHORT_MOVES);
+        let needs_speed = self.has_quirk(Quirks::FIRMWARE_DIRECTIONS);
         let (direction, steps) = request.pair();
         let Some(steps) = self.arriving(steps).filter(|_| is_whole) else { return Outcome::ERROR };
         let unit = self.motor_mut(motor);
         if steps > 0 {
             unit.go(output, Motion::By { direction, steps: steps.into() });
-        } else if !quirks.contains(Quirks::FIRMWARE_DIRECTIONS) || unit.settings.speed.0 != 0.0 {
+        } else if !needs_speed || unit.settings.speed.0 != 0.0 {
             unit.run(output, direction);
         }
         Outcome::OK
@@ -263,7 +263,7 @@ impl DeviceMachine {
         let settings = &mut self.camera.settings;
         match request.selector.command {
             command::CameraExpose => {
-                if !self.options.quirks().contains(Quirks::EXPOSES_ALWAYS) {
+                if !self.has_quirk(Quirks::EXPOSES_ALWAYS) {
                     self.camera.expose(now, output, false);
                 } else if self.options.profile().exposes_on_command() != Some(false) {
                     self.camera.expose_bare(now, output);

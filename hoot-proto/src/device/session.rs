@@ -32,9 +32,10 @@ type Held = Effect<Reaction, Event<'static>>;
 /// Stream of one port, which takes pieces of 64 bytes.
 type Link = session::Link<Requests, { 2 * MAX_FRAME + 63 }>;
 
-/// Node with the stream buffers of its three ports.
-pub struct Session {
-    machine: DeviceMachine,
+/// Node with the stream buffers of its three ports. A session of a [machine without quirks](DeviceMachine::without_quirks) is a
+/// `Session<false>`.
+pub struct Session<const QUIRKS: bool = true> {
+    machine: DeviceMachine<QUIRKS>,
     links: [Link; 3],
     /// Port on which the last packet came.
     last: Port,
@@ -43,20 +44,20 @@ pub struct Session {
     stops_again: bool,
 }
 
-impl Session {
+impl<const QUIRKS: bool> Session<QUIRKS> {
     /// Number of bytes that [`receive`](Self::receive) always takes after [`poll`](Self::poll) said to wait.
     pub const PIECE: usize = Link::PIECE;
 
     /// Makes a session of this machine.
     #[must_use]
-    pub const fn new(machine: DeviceMachine) -> Self {
+    pub const fn new(machine: DeviceMachine<QUIRKS>) -> Self {
         let links = [Link::new(PATIENCE), Link::new(PATIENCE), Link::new(PATIENCE)];
         Self { machine, links, last: Port::Bus, agenda: Agenda::new(), stops_again: false }
     }
 
     /// Machine of the session, for reading its state.
     #[must_use]
-    pub const fn machine(&self) -> &DeviceMachine {
+    pub const fn machine(&self) -> &DeviceMachine<QUIRKS> {
         &self.machine
     }
 
@@ -190,7 +191,7 @@ impl Session {
     }
 }
 
-impl session::Session for Session {
+impl<const QUIRKS: bool> session::Session for Session<QUIRKS> {
     type Source<'s> = ();
     type Line = Port;
     type Destination = Port;
@@ -247,7 +248,7 @@ impl session::Session for Session {
     }
 }
 
-session_device! { [impl] Session }
+session_device! { [impl<const QUIRKS: bool>] Session<QUIRKS> }
 
 /// Copies a packet to the front of `out`.
 fn copied(packet: &[u8], out: &mut [u8]) -> Result<usize, EncodeError> {
@@ -260,7 +261,7 @@ fn copied(packet: &[u8], out: &mut [u8]) -> Result<usize, EncodeError> {
 }
 
 session_methods! {
-    impl<> Session as Input, see Input;
+    impl<const QUIRKS: bool> Session<QUIRKS> as Input, see Input;
     stop_one {
         /// The master of a port disconnected.
         LinkDown link_down(port: Port) => (port);

@@ -281,6 +281,29 @@ proptest! {
     }
 
     #[test]
+    fn a_node_without_quirks_does_what_a_node_with_none_of_them_does(
+        profile in profiles(),
+        steps in vec((0_u64..200, to_node()), 1..100),
+    ) {
+        let options = device::Options::default().with_profile(profile);
+        let mut plain = DeviceMachine::new(options);
+        let mut without = DeviceMachine::without_quirks(options.with_quirks(Quirks::FIRMWARE));
+        let mut now = Millis(0);
+        for (pause, step) in steps {
+            now = now.after(pause);
+            let input = match step {
+                ToNode::Packet(to, port, number, body) => {
+                    device::Input::Received { port, to: Address(to), message: decode(number, body.leak()) }
+                }
+                ToNode::Position(motor, steps) => device::Input::Position { motor, position: Steps(steps) },
+                ToNode::Other(input) => input,
+            };
+            prop_assert_eq!(plain.advance(now, input), without.advance(now, input));
+            prop_assert_eq!(plain.may_move(), without.may_move());
+        }
+    }
+
+    #[test]
     fn a_session_of_a_node_does_what_its_machine_does(
         profile in profiles(),
         firmware in any::<bool>(),
