@@ -200,9 +200,8 @@ impl<const QUIRKS: bool> DeviceMachine<QUIRKS> {
             Input::Received { port, to, message } => (Happened::Request(port, to, Request::of(&message)), to, message),
             input => (Happened::Report(input), Address::MASTER, HostMessage::other(0, &[])),
         };
-        // A query has no data, whatever the request has.
-        let mut query = HostMessage::decode_body(message.number(), &[]).ok().and_then(|message| message.query());
-        *output = self.act(now, happened).map(|effect| match effect {
+        let mut is_second = false;
+        output.take_over(&self.act(now, happened), |effect| match *effect {
             Effect::Event(event) => Effect::Event(event),
             Effect::Transmit(Reaction::Ignore(port, to, why)) => {
                 Effect::Event(Event::Ignored { port, to, message: message.into(), why })
@@ -211,11 +210,15 @@ impl<const QUIRKS: bool> DeviceMachine<QUIRKS> {
                 Effect::Transmit(Transmit { port, contents: Contents::Forward { to, message } })
             }
             Effect::Transmit(Reaction::Answer(port, response)) => {
-                let contents = Contents::Answer(response.answer(query));
-                // A second answer is that to this query.
-                let motor = Motor::new(message.selector().sub_address).unwrap_or_default();
-                query = Some(AnyQuery::MotorContinuousSpeed(MotorContinuousSpeed { motor }));
-                Effect::Transmit(Transmit { port, contents })
+                let query = if core::mem::replace(&mut is_second, true) {
+                    // A second value answers this query.
+                    let motor = Motor::new(message.selector().sub_address).unwrap_or_default();
+                    Some(AnyQuery::MotorContinuousSpeed(MotorContinuousSpeed { motor }))
+                } else {
+                    // A query has no data, whatever the request has.
+                    HostMessage::decode_body(message.number(), &[]).ok().and_then(|message| message.query())
+                };
+                Effect::Transmit(Transmit { port, contents: Contents::Answer(response.answer(query)) })
             }
         });
     }

@@ -177,14 +177,17 @@ impl<Transmit, Event, const N: usize> Output<Transmit, Event, N> {
         })
     }
 
-    /// Makes another output of each effect, with the same wake.
+    /// Takes over another output, of whose effects it makes others.
     #[doc(hidden)]
-    pub fn map<T, E>(self, mut of: impl FnMut(Effect<Transmit, Event>) -> Effect<T, E>) -> Output<T, E, N> {
-        let mut output = Output { effects: ArrayVec::new(), wake: self.wake, lost: self.lost };
-        for effect in self.effects {
-            output.push(of(effect));
+    pub fn take_over<T, E>(
+        &mut self,
+        other: &Output<T, E, N>,
+        mut of: impl FnMut(&Effect<T, E>) -> Effect<Transmit, Event>,
+    ) {
+        (self.wake, self.lost) = (other.wake, other.lost);
+        for effect in &other.effects {
+            self.push(of(effect));
         }
-        output
     }
 
     /// Number of effects that had no room, which is 0.
