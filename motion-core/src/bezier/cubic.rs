@@ -16,6 +16,13 @@ impl Cubic {
         Self { a: third - 3.0 * (second - first), b: 3.0 * (second - 2.0 * first), c: 3.0 * first }
     }
 
+    /// The polynomial measured from its point at one half, and the value there, from the same differences.
+    pub(super) fn middle([first, second, third]: [f64; 3]) -> (Self, f64) {
+        let between = second - first;
+        let (a, b, c) = (third - 3.0 * between, 1.5 * ((third - second) - first), 0.75 * (third + between));
+        (Self { a, b, c }, 0.375 * (first + second) + 0.125 * third)
+    }
+
     #[inline]
     pub(super) fn value(&self, u: f64) -> f64 {
         ((self.a * u + self.b) * u + self.c) * u
@@ -58,6 +65,14 @@ impl Cubic {
         quadratic(3.0 * self.a, 2.0 * self.b, self.c)
     }
 
+    /// The step of Halley's method from `u` towards a value, and the slope at `u`.
+    #[inline]
+    pub(super) fn halley(&self, u: f64, value: f64) -> (f64, f64) {
+        let [at, slope, bend] = self.derivatives(u);
+        let off = at - value;
+        (off * slope / (slope * slope - off * bend), slope)
+    }
+
     /// The step of Halley's method, which is of third order, from `u` with the residual `off`.
     #[inline]
     fn step(&self, u: f64, off: f64) -> f64 {
@@ -94,49 +109,10 @@ impl Clock {
         Self { cubic: Cubic::new(ahead.map(|difference| difference.high)), ahead, farthest }
     }
 
-    /// Time from the first control point to the last.
-    pub(super) fn whole(&self) -> f64 {
-        let [_, _, whole] = self.ahead;
-        whole.high
-    }
-
-    /// Whether both handles are within the time of the segment, so that time cannot fold.
-    pub(super) fn ordered(&self) -> bool {
-        let [first, second, whole] = self.ahead.map(|difference| difference.high);
-        first >= 0.0 && first <= whole && second >= 0.0 && second <= whole
-    }
-
     /// The parameter at the time `after`, which is between 0 and the whole.
-    pub(super) fn solve(&self, after: Double) -> f64 {
-        self.quick(after.high).unwrap_or_else(|| self.exact(after))
-    }
-
-    /// A few steps without a bracket. The result counts only if the last step was short and time does not run slowly.
     ///
-    /// The error after a step is the cube of the step times the square of `bend / slope`, which is at most 1e4 here.
-    #[inline]
-    fn quick(&self, after: f64) -> Option<f64> {
-        const STEPS: usize = 6;
-        const SHORT: f64 = 1e-7;
-        if !self.ordered() {
-            return None;
-        }
-        let whole = self.whole();
-        let mut u = after / whole;
-        for _ in 0..STEPS {
-            let step = self.cubic.step(u, self.cubic.value(u) - after);
-            u -= step;
-            if step.abs() <= SHORT {
-                let good = (0.0..=1.0).contains(&u) && self.cubic.slope(u) >= STEEP * whole;
-                return good.then_some(u);
-            }
-        }
-        None
-    }
-
     /// Searches the stretches between the extrema in the required order, with residuals of twice the digits.
-    #[cold]
-    fn exact(&self, after: Double) -> f64 {
+    pub(super) fn solve(&self, after: Double) -> f64 {
         let [turn1, turn2] = self.cubic.turns();
         let mut stretches = [(0.0, turn1), (turn1, turn2), (turn2, 1.0)];
         if self.farthest {
@@ -264,6 +240,5 @@ mod tests {
         let found = [false, true].map(|farthest| Clock::new(ahead, farthest).solve(Double::difference(0.5, 0.0)));
         let [nearest, farthest] = found;
         assert!(nearest < 0.4 && farthest > 0.6 && (nearest + farthest - 1.0).abs() < 1e-15, "{found:?}");
-        assert!(!Clock::new(ahead, true).ordered());
     }
 }

@@ -2,8 +2,8 @@
 
 use core::fmt;
 
+use super::local::{Local, Middle};
 use super::near::{Near, PAIRS, Pair};
-use super::view::View;
 use super::{Motion, Place, Segment};
 
 /// A segment prepared for evaluation at many times. It remembers the place of the last time.
@@ -15,9 +15,7 @@ use super::{Motion, Place, Segment};
 #[derive(Clone, Copy)]
 pub struct Cursor {
     segment: Segment,
-    start: View,
-    /// Whether predictions are useful: the duration is not 0, and time does not fold.
-    smooth: bool,
+    middle: Middle,
     /// The surroundings of the last times.
     near: Near,
 }
@@ -26,9 +24,8 @@ impl Cursor {
     /// A cursor at the first end point.
     #[must_use]
     pub fn new(segment: Segment) -> Self {
-        let start = View::from_start(&segment);
-        let smooth = segment.duration() > 0.0 && start.clock.ordered();
-        Self { segment, start, smooth, near: Near::new(&start, 0.0) }
+        let middle = Middle::new(&segment);
+        Self { segment, middle, near: Near::new(&middle, -0.5) }
     }
 
     /// The segment that is evaluated.
@@ -55,37 +52,46 @@ impl Cursor {
 
     /// Writes the position at each time, up to the length of the shorter slice.
     pub fn sample(&mut self, times: &[f64], out: &mut [f64]) {
-        self.batch(times, out, Near::position, Place::position);
+        self.batch(times, out, Local::position, Place::position);
     }
 
     /// Writes position, velocity and acceleration at each time, up to the length of the shorter slice.
     pub fn sample_motion(&mut self, times: &[f64], out: &mut [Motion]) {
-        self.batch(times, out, Near::motion, Place::motion);
+        self.batch(times, out, Local::motion, Place::motion);
     }
 
     #[inline]
-    fn batch<T>(&mut self, times: &[f64], out: &mut [T], quick: impl Fn(&Near, f64) -> T, exact: impl Fn(&Place) -> T) {
+    fn batch<T>(
+        &mut self,
+        times: &[f64],
+        out: &mut [T],
+        quick: impl Fn(&Local, f64) -> T,
+        exact: impl Fn(&Place) -> T,
+    ) {
         let count = times.len().min(out.len());
         let (Some(times), Some(out)) = (times.get(..count), out.get_mut(..count)) else { return };
         for (times, out) in times.chunks(2 * PAIRS).zip(out.chunks_mut(2 * PAIRS)) {
-            if let Some((near, steps)) = self.together(times) {
-                out.iter_mut().zip(steps.as_flattened()).for_each(|(slot, &step)| *slot = quick(&near, step));
+            let mut steps = [[0.0; 2]; PAIRS];
+            if let Some(local) = self.together(times, &mut steps) {
+                out.iter_mut().zip(steps.as_flattened()).for_each(|(slot, &step)| *slot = quick(&local, step));
             } else {
                 self.alone(times, out, &exact);
             }
         }
     }
 
-    /// All times at once: the new surroundings, and the distances of the parameters from them.
+    /// All times at once: the new surroundings, and the steps from there.
     ///
     /// `None` if the times are too far from each other, or time runs slowly along the curve.
     #[inline]
-    fn together(&mut self, times: &[f64]) -> Option<(Near, [Pair; PAIRS])> {
-        let (Some(first), Some(last), true) = (times.first(), times.last(), self.smooth) else { return None };
+    fn together(&mut self, times: &[f64], steps: &mut [Pair; PAIRS]) -> Option<Local> {
+        let (Some(first), Some(last), true) = (times.first(), times.last(), self.middle.least.is_finite()) else {
+            return None;
+        };
         let begin = self.segment.start();
-        let near = Near::new(&self.start, self.near.guess(0.5 * (first + last) - begin));
+        let near = Near::new(&self.middle, self.near.guess(0.5 * (first + last) - begin));
         self.near = near;
-        near.solve(times, begin, self.start.clock.whole()).map(|steps| (near, steps))
+        near.solve(times, begin, &self.middle, steps).map(|()| near.local)
     }
 
     /// The exact computation, after which the cursor is at the last time.
@@ -97,7 +103,7 @@ impl Cursor {
             u = place.parameter();
             *slot = exact(&place);
         }
-        self.near = Near::new(&self.start, u);
+        self.near = Near::new(&self.middle, u - 0.5);
     }
 }
 

@@ -44,16 +44,20 @@ mod cubic;
 mod cursor;
 mod double;
 mod key;
+mod local;
 mod near;
 mod peaks;
 pub(crate) mod print;
+mod table;
 mod view;
 
 use double::Double;
+use local::{Local, Middle};
 use view::View;
 
 pub use cursor::Cursor;
 pub use key::{Ease, Key};
+pub use table::Table;
 
 /// A control point of a segment.
 #[derive(Clone, Copy, Default, PartialEq)]
@@ -240,7 +244,7 @@ impl Segment {
         let clock = View::from_start(self).clock;
         let lowest = if clock.cubic.a > 0.0 { (-clock.cubic.b / (3.0 * clock.cubic.a)).clamp(0.0, 1.0) } else { 0.0 };
         let noise = 4.0 * f64::EPSILON * clock.cubic.slope_size(1.0);
-        !clock.ordered() && [0.0, lowest, 1.0].iter().any(|&u| clock.cubic.slope(u) < -noise)
+        !self.ordered() && [0.0, lowest, 1.0].iter().any(|&u| clock.cubic.slope(u) < -noise)
     }
 
     /// The reverse move in the same duration: the position at `start() + t` moves to `end() - t`.
@@ -300,7 +304,23 @@ impl Segment {
         (Self { points: [p0, leave, before, middle] }, Self { points: [middle, after, arrive, p3] })
     }
 
+    /// Whether both handles are within the time of the segment, so that time cannot fold.
+    fn ordered(&self) -> bool {
+        let [first, leave, arrive, last] = self.points.map(|point| point.time);
+        first <= leave && leave <= last && first <= arrive && arrive <= last
+    }
+
     fn locate(&self, time: f64) -> Place {
+        let middle = Middle::new(self);
+        match middle.solve(time - self.start()) {
+            Some(step) => Place::Inside(middle.local, step),
+            None => self.exact(time),
+        }
+    }
+
+    /// The place of any time, with twice the digits on the curve.
+    #[cold]
+    fn exact(&self, time: f64) -> Place {
         let [first, _, _, last] = self.points;
         if self.duration() == 0.0 || time > last.time {
             return Place::After(last);
@@ -325,6 +345,8 @@ impl Segment {
 enum Place {
     /// Before the curve: at its first end point.
     Before(Point),
+    /// On the curve, at a step from the middle, where time does not run slowly.
+    Inside(Local, f64),
     /// On the curve, at a parameter counted from the nearer end.
     On(View, f64),
     /// After the curve: at its last end point.
@@ -334,6 +356,7 @@ enum Place {
 impl Place {
     fn position(&self) -> f64 {
         match self {
+            Self::Inside(middle, step) => middle.position(*step),
             Self::On(view, u) => view.position(*u),
             Self::Before(end) | Self::After(end) => end.position,
         }
@@ -341,6 +364,7 @@ impl Place {
 
     fn motion(&self) -> Motion {
         match self {
+            Self::Inside(middle, step) => middle.motion(*step),
             Self::On(view, u) => view.motion(*u),
             Self::Before(end) | Self::After(end) => Motion::resting(end.position),
         }
@@ -349,6 +373,7 @@ impl Place {
     fn parameter(&self) -> f64 {
         match self {
             Self::Before(_) => 0.0,
+            Self::Inside(middle, step) => middle.parameter(*step),
             Self::On(view, u) => view.forwards(*u),
             Self::After(_) => 1.0,
         }
