@@ -53,15 +53,22 @@ impl Near {
         /// Number of steps that may follow the first one.
         const MORE: usize = 2;
         let (mut all, mut far) = ([[0.0; 2]; PAIRS], [0.0; 2]);
-        let steps = steps.get_mut(..times.len().div_ceil(2))?;
-        let pairs = times.chunks_exact(2);
-        let odd = pairs.remainder().first().map(|&time| [time; 2]);
-        let pairs = pairs.filter_map(|pair| pair.first_chunk::<2>().copied()).chain(odd);
-        for ((ahead, step), pair) in all.iter_mut().zip(&mut *steps).zip(pairs) {
-            *ahead = pair.map(|time| (time - begin) - self.local.passed);
+        let mut predict = |(ahead, step): (&mut Pair, &mut Pair), times: Pair| {
+            *ahead = times.map(|time| (time - begin) - self.local.passed);
             *step = ahead.map(|ahead| series(self.series, ahead));
             far = zip(far, ahead.map(f64::abs), greater);
+        };
+        let (pairs, mut slots) = (times.chunks_exact(2), all.iter_mut().zip(&mut *steps));
+        let odd = pairs.remainder();
+        for (pair, slot) in pairs.zip(&mut slots) {
+            if let &[one, other] = pair {
+                predict(slot, [one, other]);
+            }
         }
+        if let (&[odd], Some(slot)) = (odd, slots.next()) {
+            predict(slot, [odd; 2]);
+        }
+        let steps = steps.get_mut(..times.len().div_ceil(2))?;
         let mut squares = self.newton(steps, &all);
         let [even, odd] = far;
         let around = self.around(greater(even, odd), middle)?;
