@@ -3,7 +3,7 @@
 #![expect(clippy::float_cmp, reason = "what is exact by law is compared exactly")]
 #![expect(clippy::many_single_char_names, reason = "control points and parameters, as the formulas have them")]
 
-use motion_core::bezier::{Cursor, Ease, Key, Motion, OutOfRange, Point, Segment};
+use motion_core::bezier::{Cursor, Ease, Key, Motion, OutOfRange, Point, Segment, Table};
 use proptest::prelude::*;
 
 /// Double-double numbers with fused multiplication, independent of the library.
@@ -110,29 +110,36 @@ fn unit(x1: f64, y1: f64, x2: f64, y2: f64) -> Segment {
     Segment::new([Point::ZERO, Point::new(x1, y1), Point::new(x2, y2), Point::new(1.0, 1.0)]).unwrap()
 }
 
+/// The greatest errors of single times and of tables, for segments of duration 1.
 fn measure(count: usize, mut make: impl FnMut(&mut Random) -> Segment) -> Errors {
     let mut random = Random(7);
     let mut errors = Errors::default();
     for _ in 0..count {
         let segment = make(&mut random);
+        let table = Table::new(segment);
+        let largest = segment.end();
         for _ in 0..20 {
-            let time = random.time();
+            let time = segment.start() + random.time();
             let u = reference(&segment, time);
             let [_, slope, bend] = bernstein(times(&segment), u).map(|wide| wide.0);
             let [position, rise, curl] = bernstein(positions(&segment), u);
-            let motion = segment.at(time);
-            assert_eq!(motion.position, segment.position(time));
-            let found = bernstein(times(&segment), Wide::of(segment.parameter(time)))[0];
-            errors.backward = errors.backward.max(found.add(Wide::of(-time)).0.abs());
-            errors.position = errors.position.max((motion.position - position.0).abs());
             // Errors of rates are scaled by the digits that rates lose where time runs slower than on average.
             let velocity = rise.0 / slope;
             let acceleration = (curl.0 - velocity * bend) / slope / slope;
             let slow = (1.0 / slope).max(1.0);
-            if slope > 1e-6 {
-                let (v, a) = (motion.velocity.unwrap(), motion.acceleration.unwrap());
-                errors.velocity = errors.velocity.max((v - velocity).abs() / slow.powi(3));
-                errors.acceleration = errors.acceleration.max((a - acceleration).abs() / slow.powi(5));
+            assert_eq!(segment.at(time).position, segment.position(time));
+            assert_eq!(table.at(time).position, table.position(time));
+            for (parameter, motion) in
+                [(segment.parameter(time), segment.at(time)), (table.parameter(time), table.at(time))]
+            {
+                let found = bernstein(times(&segment), Wide::of(parameter))[0];
+                errors.backward = errors.backward.max(found.add(Wide::of(-time)).0.abs() / largest);
+                errors.position = errors.position.max((motion.position - position.0).abs() / largest);
+                if slope > 1e-6 {
+                    let (v, a) = (motion.velocity.unwrap(), motion.acceleration.unwrap());
+                    errors.velocity = errors.velocity.max((v - velocity).abs() / largest / slow.powi(3));
+                    errors.acceleration = errors.acceleration.max((a - acceleration).abs() / largest / slow.powi(5));
+                }
             }
         }
     }
@@ -164,6 +171,20 @@ fn accuracy_of_any_handles() {
         &measure(600, |r| {
             let [x1, y1, x2, y2] = [(); 4].map(|()| r.next());
             unit(x1, y1, x2, y2)
+        }),
+        1e-13,
+    );
+}
+
+#[test]
+fn accuracy_far_from_time_0() {
+    check(
+        &measure(600, |r| {
+            let [start, x1, y1, x2, y2] = [(); 5].map(|()| r.next());
+            let (start, at) = (100.0 * start, Point::new);
+            let times = [start, start + x1, start + x2, start + 1.0];
+            let [p0, p1, p2, p3] = times.map(|time| at(time, 0.0));
+            Segment::new([p0, at(p1.time, y1), at(p2.time, y2), at(p3.time, 1.0)]).unwrap()
         }),
         1e-13,
     );
@@ -385,9 +406,12 @@ proptest! {
     #[test]
     fn ends_are_exact(segment in prop_oneof![forwards(), anything()]) {
         let [first, _, _, last] = segment.points();
+        let table = Table::new(segment);
         prop_assert_eq!(segment.position(segment.end()), last.position);
+        prop_assert_eq!(table.position(segment.end()), last.position);
         if segment.duration() > 0.0 {
             prop_assert_eq!(segment.position(segment.start()), first.position);
+            prop_assert_eq!(table.position(segment.start()), first.position);
             let mut out = [0.0; 20];
             Cursor::new(segment).sample(&[segment.end(); 20], &mut out);
             prop_assert_eq!(out, [last.position; 20]);
@@ -397,12 +421,14 @@ proptest! {
     #[test]
     fn results_are_never_nan(segment in anything(), time in prop_oneof![any::<f64>(), -1.0..1.0], part in 0.0..1.0) {
         for time in [time, segment.start() + part * segment.duration(), segment.start(), segment.end()] {
-            let motions = [segment.at(time), Cursor::new(segment).at(time)];
+            let table = Table::new(segment);
+            let motions = [segment.at(time), Cursor::new(segment).at(time), table.at(time)];
             for Motion { position, velocity, acceleration } in motions {
                 prop_assert!(position.is_finite());
                 prop_assert!(velocity.is_none_or(f64::is_finite) && acceleration.is_none_or(f64::is_finite));
             }
             prop_assert!((0.0..=1.0).contains(&segment.parameter(time)));
+            prop_assert!((0.0..=1.0).contains(&table.parameter(time)));
         }
         let (least, most) = segment.range();
         prop_assert!(least <= most);
@@ -441,6 +467,23 @@ proptest! {
             prop_assert_eq!(motion.velocity.is_some(), single.velocity.is_some());
             let moved = Cursor::new(segment).at(*time);
             prop_assert!((moved.position - single.position).abs() <= 1e-11);
+        }
+    }
+
+    /// A table gives the same motion as the segment, also beside the curve and where time folds.
+    #[test]
+    fn a_table_agrees_with_single_times(segment in prop_oneof![forwards(), anything()], parts in prop::collection::vec(-0.1..1.1, 1..20)) {
+        let table = Table::new(segment);
+        let largest = positions(&segment).into_iter().fold(1.0, |most: f64, p| most.max(p.abs()));
+        for time in parts.iter().map(|part| segment.start() + part * segment.duration()).chain([f64::NAN, f64::INFINITY]) {
+            let (one, other) = (table.at(time), segment.at(time));
+            if segment.folds() || !(segment.start() < time && time < segment.end()) {
+                prop_assert_eq!(one, other);
+            } else {
+                prop_assert!((one.position - other.position).abs() <= 1e-13 * largest, "{one:?} {other:?}");
+                prop_assert_eq!(one.velocity.is_some(), other.velocity.is_some());
+                prop_assert!((table.parameter(time) - segment.parameter(time)).abs() <= 1e-12);
+            }
         }
     }
 

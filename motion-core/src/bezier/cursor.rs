@@ -75,7 +75,7 @@ impl Cursor {
             if let Some(local) = self.together(times, &mut steps) {
                 out.iter_mut().zip(steps.as_flattened()).for_each(|(slot, &step)| *slot = quick(&local, step));
             } else {
-                self.alone(times, out, &exact);
+                self.alone(times, out, &quick, &exact);
             }
         }
     }
@@ -94,16 +94,24 @@ impl Cursor {
         near.solve(times, begin, &self.middle, steps).map(|()| near.local)
     }
 
-    /// The exact computation, after which the cursor is at the last time.
+    /// The single times one by one, after which the cursor is at the last one.
     #[cold]
-    fn alone<T>(&mut self, times: &[f64], out: &mut [T], exact: impl Fn(&Place) -> T) {
-        let mut u = 0.0;
+    fn alone<T>(
+        &mut self,
+        times: &[f64],
+        out: &mut [T],
+        quick: impl Fn(&Local, f64) -> T,
+        exact: impl Fn(&Place) -> T,
+    ) {
+        let mut at = 0.0;
         for (slot, &time) in out.iter_mut().zip(times) {
-            let place = self.segment.locate(time);
-            u = place.parameter();
-            *slot = exact(&place);
+            (at, *slot) = self.segment.locate(
+                time,
+                |middle, step| (step, quick(middle, step)),
+                |place| (place.parameter() - 0.5, exact(place)),
+            );
         }
-        self.near = Near::new(&self.middle, u - 0.5);
+        self.near = Near::new(&self.middle, at);
     }
 }
 

@@ -83,7 +83,7 @@ impl Middle {
     /// Solves a time after the start without a first guess. The result is a step from the middle.
     #[inline]
     pub(super) fn solve(&self, after: f64) -> Option<f64> {
-        self.refine::<4>(after / self.whole - 0.5, after)
+        self.refine::<3>(after / self.whole - 0.5, after)
     }
 
     /// Improves a step from the middle, until it belongs to a time after the start.

@@ -217,7 +217,7 @@ impl Segment {
     /// NaN counts as a time before the start.
     #[must_use]
     pub fn position(&self, time: f64) -> f64 {
-        self.locate(time).position()
+        self.locate(time, Local::position, Place::position)
     }
 
     /// Position, velocity and acceleration at a time; outside the segment the axis is at rest.
@@ -227,7 +227,7 @@ impl Segment {
     /// velocity is at most 1e-14 times `n³`, and that of acceleration at most 1e-13 times `n⁵`.
     #[must_use]
     pub fn at(&self, time: f64) -> Motion {
-        self.locate(time).motion()
+        self.locate(time, Local::motion, Place::motion)
     }
 
     /// Curve parameter that belongs to a time: 0 at the start and before, 1 at the end and after.
@@ -235,7 +235,7 @@ impl Segment {
     /// Where time folds back, it is the largest parameter that belongs to the time.
     #[must_use]
     pub fn parameter(&self, time: f64) -> f64 {
-        self.locate(time).parameter()
+        self.locate(time, Local::parameter, Place::parameter)
     }
 
     /// Whether time runs backwards anywhere on the curve, so that some times have three positions.
@@ -310,11 +310,13 @@ impl Segment {
         first <= leave && leave <= last && first <= arrive && arrive <= last
     }
 
-    fn locate(&self, time: f64) -> Place {
+    /// Evaluates the step from the middle that belongs to a time, or its exact place if it cannot be solved from there.
+    #[inline]
+    fn locate<T>(&self, time: f64, quick: impl Fn(&Local, f64) -> T, exact: impl Fn(&Place) -> T) -> T {
         let middle = Middle::new(self);
         match middle.solve(time - self.start()) {
-            Some(step) => Place::Inside(middle.local, step),
-            None => self.exact(time),
+            Some(step) => quick(&middle.local, step),
+            None => exact(&self.exact(time)),
         }
     }
 
@@ -345,8 +347,6 @@ impl Segment {
 enum Place {
     /// Before the curve: at its first end point.
     Before(Point),
-    /// On the curve, at a step from the middle, where time does not run slowly.
-    Inside(Local, f64),
     /// On the curve, at a parameter counted from the nearer end.
     On(View, f64),
     /// After the curve: at its last end point.
@@ -356,7 +356,6 @@ enum Place {
 impl Place {
     fn position(&self) -> f64 {
         match self {
-            Self::Inside(middle, step) => middle.position(*step),
             Self::On(view, u) => view.position(*u),
             Self::Before(end) | Self::After(end) => end.position,
         }
@@ -364,7 +363,6 @@ impl Place {
 
     fn motion(&self) -> Motion {
         match self {
-            Self::Inside(middle, step) => middle.motion(*step),
             Self::On(view, u) => view.motion(*u),
             Self::Before(end) | Self::After(end) => Motion::resting(end.position),
         }
@@ -373,7 +371,6 @@ impl Place {
     fn parameter(&self) -> f64 {
         match self {
             Self::Before(_) => 0.0,
-            Self::Inside(middle, step) => middle.parameter(*step),
             Self::On(view, u) => view.forwards(*u),
             Self::After(_) => 1.0,
         }

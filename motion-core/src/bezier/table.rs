@@ -2,8 +2,8 @@
 
 use core::fmt;
 
-use super::local::Middle;
-use super::{Motion, Segment};
+use super::local::{Local, Middle};
+use super::{Motion, Place, Segment};
 
 /// Number of cells of a table.
 const CELLS: usize = 32;
@@ -47,27 +47,26 @@ impl Table {
     /// Position at a time, as from [`Segment::position`].
     #[must_use]
     pub fn position(&self, time: f64) -> f64 {
-        match self.step(time) {
-            Some(step) => self.middle.local.position(step),
-            None => self.segment.exact(time).position(),
-        }
+        self.locate(time, Local::position, Place::position)
     }
 
     /// Position, velocity and acceleration at a time, as from [`Segment::at`].
     #[must_use]
     pub fn at(&self, time: f64) -> Motion {
-        match self.step(time) {
-            Some(step) => self.middle.local.motion(step),
-            None => self.segment.exact(time).motion(),
-        }
+        self.locate(time, Local::motion, Place::motion)
     }
 
     /// Curve parameter that belongs to a time, as from [`Segment::parameter`].
     #[must_use]
     pub fn parameter(&self, time: f64) -> f64 {
+        self.locate(time, Local::parameter, Place::parameter)
+    }
+
+    #[inline]
+    fn locate<T>(&self, time: f64, quick: impl Fn(&Local, f64) -> T, exact: impl Fn(&Place) -> T) -> T {
         match self.step(time) {
-            Some(step) => self.middle.local.parameter(step),
-            None => self.segment.exact(time).parameter(),
+            Some(step) => quick(&self.middle.local, step),
+            None => exact(&self.segment.exact(time)),
         }
     }
 
