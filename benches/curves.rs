@@ -1,16 +1,17 @@
 //! Bezier segments compared with other crates: the position of an axis at a time.
 //!
-//! All contenders get the same segments and times. First, the positions of each are compared with those of a search by
-//! bisection: they must agree within the bound next to the name, and the greatest errors are printed. `keyframe` 1.1.1
-//! is compared but not timed: its table of first guesses has steps of 20 instead of 1/19, so it finds another root from
+//! All contenders get the same segments and times, and each is asked in its best way: `kurbo` by its solver of cubic
+//! polynomials, not by bisection. First, the positions of each are compared with those of a search by bisection: they
+//! must agree within the bound next to the name. The greatest errors are printed, and with them the greatest backward
+//! errors: how far the time at the found curve parameter is from the time that was asked for. `keyframe` 1.1.1 is
+//! compared but not timed: its table of first guesses has steps of 20 instead of 1/19, so it finds another root from
 //! some of them.
 
 use std::hint::black_box;
 
 use benches::ratios::{Contender, Table, contender};
 use criterion::{Criterion, Throughput};
-use kurbo::ParamCurve;
-use motion_core::bezier::{Cursor, Motion, Point, Segment};
+use motion_core::bezier::{self, Cursor, Motion, Point, Segment};
 
 /// Number of times in a batch.
 const BATCH: usize = 16;
@@ -23,7 +24,6 @@ const TIMES: usize = 992;
 struct Curve {
     handles: [f64; 4],
     ours: Segment,
-    kurbo: kurbo::CubicBez,
     lyon: lyon_geom::CubicBezierSegment<f64>,
 }
 
@@ -35,7 +35,6 @@ impl Curve {
         Self {
             handles,
             ours: Segment::new(points).expect("finite"),
-            kurbo: kurbo::CubicBez::new((0.0, 0.0), (x1, y1), (x2, y2), (1.0, 1.0)),
             lyon: lyon_geom::CubicBezierSegment {
                 from: point(0.0, 0.0),
                 ctrl1: point(x1, y1),
@@ -45,36 +44,44 @@ impl Curve {
         }
     }
 
+    /// The segment with the same times whose position is the curve parameter.
+    fn parameters(&self) -> Self {
+        let [x1, _, x2, _] = self.handles;
+        Self::new([x1, 1.0 / 3.0, x2, 2.0 / 3.0])
+    }
+
     /// The position as a polynomial of the curve parameter.
     fn height(&self) -> impl Fn(f64) -> f64 + use<> {
         let [_, y1, _, y2] = self.handles;
-        let (a, b, c, d) = (1.0 - 3.0 * (y2 - y1), 3.0 * (y2 - 2.0 * y1), 3.0 * y1, self.ours.points()[0].position);
+        let ([a, b, c], d) = (polynomial(y1, y2), self.ours.points()[0].position);
         move |u| ((a * u + b) * u + c) * u + d
     }
 
     /// The position by bisection down to the last digit, and de Casteljau's algorithm.
     fn reference(&self, time: f64) -> f64 {
         let [x1, y1, x2, y2] = self.handles;
-        let at = |a: f64, b: f64, u: f64| {
-            let mix = |from: f64, to: f64| from * (1.0 - u) + to * u;
-            let (ab, bc, cd) = (mix(0.0, a), mix(a, b), mix(b, 1.0));
-            mix(mix(ab, bc), mix(bc, cd))
-        };
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            if at(x1, x2, middle) < time { low = middle } else { high = middle }
+            if de_casteljau(x1, x2, middle) < time { low = middle } else { high = middle }
         }
-        at(y1, y2, 0.5 * (low + high))
+        de_casteljau(y1, y2, 0.5 * (low + high))
     }
 
-    fn kurbo(&self, time: f64) -> f64 {
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..47 {
-            let middle = 0.5 * (low + high);
-            if self.kurbo.eval(middle).x < time { low = middle } else { high = middle }
+    /// The position as a function of time, by a table.
+    fn table(&self) -> impl Fn(f64) -> f64 + use<> {
+        let table = bezier::Table::new(self.ours);
+        move |time| table.position(time)
+    }
+
+    /// The position as a function of time, by the root of the time polynomial between 0 and 1.
+    fn kurbo(&self) -> impl Fn(f64) -> f64 + use<> {
+        let [x1, _, x2, _] = self.handles;
+        let ([a, b, c], height) = (polynomial(x1, x2), self.height());
+        move |time| {
+            let roots = kurbo::common::solve_cubic(-time, c, b, a);
+            height(roots.iter().copied().find(|root| (0.0..=1.0).contains(root)).unwrap_or(1.0))
         }
-        self.kurbo.eval(0.5 * (low + high)).y
     }
 
     fn lyon(&self, time: f64) -> f64 {
@@ -111,14 +118,14 @@ fn main() {
     let mut random = Random(11);
     let scattered: Vec<f64> = (0..TIMES).map(|_| random.next()).collect();
 
-    for (name, curves, times) in [("typical", &typical, &sorted), ("any", &any, &scattered)] {
-        agree(name, curves, times);
+    for (name, curves) in [("typical", &typical), ("any", &any)] {
+        agree(name, curves, &[&sorted[..], &scattered].concat());
     }
 
     let mut table = Table::new("B1 and B3, an axis at 1 kHz in batches of 16, 992 times");
     table.row("typical", batches(&typical, &sorted));
     table.row("any", batches(&any, &sorted));
-    let mut table = Table::new("B2, random access, 992 times");
+    let mut table = Table::new("B2, random access, 992 times, with the making of tables");
     table.row("typical", scatter(&typical, &scattered));
     table.row("any", scatter(&any, &scattered));
 
@@ -130,7 +137,7 @@ fn main() {
         bencher.iter(|| sampled(&typical[0], black_box(&sorted), &mut out));
     });
     group.bench_function("random access", |bencher| {
-        bencher.iter(|| sum(black_box(&scattered), |time| typical[0].ours.position(time)));
+        bencher.iter(|| sum(black_box(&scattered), typical[0].table()));
     });
     group.finish();
     criterion.final_summary();
@@ -156,7 +163,7 @@ fn batches<'a>(curves: &'a [Curve], times: &'a [f64]) -> Vec<Contender<'a>> {
                 }
             }),
         ),
-        // Two yardsticks, the last part of every solver. The first is in the form of a batch, two lanes at once.
+        // Three yardsticks, the last part of every solver. The first is in the form of a batch, two lanes at once.
         contender(
             "y alone",
             turns(curves, move |curve| {
@@ -171,19 +178,30 @@ fn batches<'a>(curves: &'a [Curve], times: &'a [f64]) -> Vec<Contender<'a>> {
         ),
         // The second adds up single positions, as for the peers below.
         contender("y alone, added up", turns(curves, |curve| sum(black_box(times), curve.height()))),
-        contender("kurbo, bisection", turns(curves, |curve| sum(black_box(times), |time| curve.kurbo(time)))),
-        contender("lyon_geom", turns(curves, |curve| sum(black_box(times), |time| curve.lyon(time)))),
-        contender("flo_curves", turns(curves, |curve| sum(black_box(times), |time| curve.flo(time)))),
+        // The third is what a user sees who asks for one position at a time.
+        contender(
+            "y alone, one by one",
+            turns(curves, move |curve| {
+                let y = curve.height();
+                for &u in times {
+                    black_box(y(black_box(u)));
+                }
+            }),
+        ),
+        contender("kurbo 0.13.1", turns(curves, |curve| sum(black_box(times), curve.kurbo()))),
+        contender("lyon_geom 1.0.20", turns(curves, |curve| sum(black_box(times), |time| curve.lyon(time)))),
+        contender("flo_curves 0.8.1", turns(curves, |curve| sum(black_box(times), |time| curve.flo(time)))),
     ]
 }
 
 fn scatter<'a>(curves: &'a [Curve], times: &'a [f64]) -> Vec<Contender<'a>> {
     vec![
-        contender("motion-core", turns(curves, |curve| sum(black_box(times), |time| curve.ours.position(time)))),
-        contender("kurbo, bisection", turns(curves, |curve| sum(black_box(times), |time| curve.kurbo(time)))),
-        contender("lyon_geom", turns(curves, |curve| sum(black_box(times), |time| curve.lyon(time)))),
-        contender("flo_curves", turns(curves, |curve| sum(black_box(times), |time| curve.flo(time)))),
-        contender("bezier_easing", turns(curves, |curve| sum(black_box(times), curve.easing()))),
+        contender("Table", turns(curves, |curve| sum(black_box(times), curve.table()))),
+        contender("Segment", turns(curves, |curve| sum(black_box(times), |time| curve.ours.position(time)))),
+        contender("kurbo 0.13.1", turns(curves, |curve| sum(black_box(times), curve.kurbo()))),
+        contender("lyon_geom 1.0.20", turns(curves, |curve| sum(black_box(times), |time| curve.lyon(time)))),
+        contender("flo_curves 0.8.1", turns(curves, |curve| sum(black_box(times), |time| curve.flo(time)))),
+        contender("bezier_easing 0.3.0", turns(curves, |curve| sum(black_box(times), curve.easing()))),
     ]
 }
 
@@ -199,36 +217,58 @@ fn sum(times: &[f64], position: impl Fn(f64) -> f64) -> f64 {
     times.iter().map(|&time| position(time)).sum()
 }
 
+/// Positions of a segment at some times.
+type Positions = fn(&Curve, &[f64]) -> Vec<f64>;
+
 /// Checks that all positions are those of the reference, within the bound of each contender.
 fn agree(name: &str, curves: &[Curve], times: &[f64]) {
-    let bounds = [
-        ("motion-core, single", 1e-13),
-        ("motion-core, batch", 1e-13),
-        ("kurbo", 1e-13),
-        ("lyon_geom", 1e-9),
-        ("flo_curves", 1e-9),
-        ("bezier_easing", 1e-9),
-        ("keyframe, not timed", f64::INFINITY),
+    fn each(times: &[f64], position: impl Fn(f64) -> f64) -> Vec<f64> {
+        times.iter().map(|&time| position(time)).collect()
+    }
+    let batch = |curve: &Curve, times: &[f64]| {
+        let (mut cursor, mut out) = (Cursor::new(curve.ours), vec![0.0; times.len()]);
+        times.chunks(BATCH).zip(out.chunks_mut(BATCH)).for_each(|(times, out)| cursor.sample(times, out));
+        out
+    };
+    // The bounds of the position and of the backward error.
+    let contenders: [(&str, [f64; 2], Positions); 8] = [
+        ("Segment", [1e-13, 1e-15], |curve, times| each(times, |time| curve.ours.position(time))),
+        ("Table", [1e-13, 1e-15], |curve, times| each(times, curve.table())),
+        ("Cursor, batch", [1e-13; 2], batch),
+        ("kurbo", [1e-9; 2], |curve, times| each(times, curve.kurbo())),
+        ("lyon_geom", [1e-9; 2], |curve, times| each(times, |time| curve.lyon(time))),
+        ("flo_curves", [1e-9; 2], |curve, times| each(times, |time| curve.flo(time))),
+        ("bezier_easing", [1e-9; 2], |curve, times| each(times, curve.easing())),
+        ("keyframe, not timed", [f64::INFINITY; 2], |curve, times| each(times, curve.keyframe())),
     ];
-    let mut worst = bounds.map(|_| 0.0_f64);
-    for curve in curves {
-        let mut batch = vec![0.0; times.len()];
-        Cursor::new(curve.ours).sample(times, &mut batch);
-        let (easing, keyframe) = (curve.easing(), curve.keyframe());
-        for (&time, batch) in times.iter().zip(batch) {
-            let (right, single) = (curve.reference(time), curve.ours.position(time));
-            let exact = [single, batch, curve.kurbo(time), curve.lyon(time), curve.flo(time)];
-            let found = exact.into_iter().chain([easing(time), keyframe(time)]);
-            for (worst, found) in worst.iter_mut().zip(found) {
-                *worst = worst.max((found - right).abs());
+    let references: Vec<Vec<f64>> = curves.iter().map(|curve| each(times, |time| curve.reference(time))).collect();
+    println!("{name} handles, greatest errors:");
+    for (peer, bounds, positions) in contenders {
+        let mut worst = [0.0_f64; 2];
+        for (curve, right) in curves.iter().zip(&references) {
+            let [x1, _, x2, _] = curve.handles;
+            let found = positions(curve, times).into_iter().zip(positions(&curve.parameters(), times));
+            for ((&time, right), (position, parameter)) in times.iter().zip(right).zip(found) {
+                let off = [position - right, de_casteljau(x1, x2, parameter) - time];
+                worst = [0, 1].map(|i| worst[i].max(off[i].abs()));
             }
         }
+        let ([position, backward], [most, farthest]) = (worst, bounds);
+        println!("{peer:>22} position {position:.1e} of {most:.0e}, backward {backward:.1e} of {farthest:.0e}");
+        assert!(position <= most && backward <= farthest, "{peer}, {name}: the same positions");
     }
-    println!("{name} handles, greatest errors:");
-    for ((peer, bound), worst) in bounds.into_iter().zip(worst) {
-        println!("{peer:>22} {worst:.1e}, allowed {bound:.0e}");
-        assert!(worst <= bound, "{peer}, {name}: the same positions");
-    }
+}
+
+/// A coordinate from 0 to 1 at a curve parameter, by its inner control points.
+fn de_casteljau(first: f64, second: f64, u: f64) -> f64 {
+    let mix = |from: f64, to: f64| from * (1.0 - u) + to * u;
+    let (before, between, after) = (mix(0.0, first), mix(first, second), mix(second, 1.0));
+    mix(mix(before, between), mix(between, after))
+}
+
+/// The coefficients of a coordinate from 0 to 1, without the constant, from its inner control points.
+fn polynomial(first: f64, second: f64) -> [f64; 3] {
+    [1.0 - 3.0 * (second - first), 3.0 * (second - 2.0 * first), 3.0 * first]
 }
 
 fn curves(handles: std::ops::Range<f64>) -> Vec<Curve> {

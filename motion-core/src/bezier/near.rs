@@ -194,7 +194,8 @@ mod tests {
         for (step, right) in steps.as_flattened().iter().zip(right) {
             assert!((step - right).abs() < 1e-14, "{step} {right}");
         }
-        assert_eq!(steps[2][0], steps[2][1]);
+        let [first, second] = steps[2];
+        assert_eq!(first.to_bits(), second.to_bits());
     }
 
     #[test]

@@ -64,7 +64,7 @@ pub fn first<const N: usize>(input: &[u8]) -> [u8; N] {
 }
 
 fn curves(input: &[u8], out: &mut dyn Write) -> fmt::Result {
-    use motion_core::bezier::{Cursor, Motion, Segment};
+    use motion_core::bezier::{Cursor, Motion, Segment, Table};
     use motion_core::profile::{Limits, MotionProfile};
 
     let mut numbers = input.chunks(8).map(|bytes| f64::from_le_bytes(first(bytes)));
@@ -85,6 +85,8 @@ fn curves(input: &[u8], out: &mut dyn Write) -> fmt::Result {
         let peaks = segment.peak_velocity().is_some() & segment.peak_acceleration().is_some();
         writeln!(out, "{known} {halves} {peaks} {}", segment.reversed().folds())?;
         writeln!(out, "{:?} {:#?} {:?}", Cursor::new(segment), motions.first(), segment.keys())?;
+        let table = Table::new(segment);
+        writeln!(out, "{table:?} {} {:?}", table.parameter(number()) < table.position(number()), table.at(number()))?;
     }
     let limits = Limits { velocity: number(), acceleration: number(), jerk: Some(number()) };
     match MotionProfile::new(number(), number(), limits) {
