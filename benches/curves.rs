@@ -9,8 +9,8 @@
 
 use std::hint::black_box;
 
-use benches::ratios::{Contender, Table, contender};
-use criterion::{Criterion, Throughput};
+use benches::ratios::{Contender, contender};
+use benches::report::Report;
 use motion_core::bezier::{self, Cursor, Motion, Point, Segment};
 
 /// Number of times in a batch.
@@ -111,7 +111,7 @@ impl Curve {
     }
 }
 
-fn main() {
+pub(crate) fn chapter(report: &mut Report) {
     let typical = curves(0.15..0.85);
     let any = curves(0.0..1.0);
     let sorted: Vec<f64> = (1..=992_u32).map(|i| f64::from(i) / 993.0).collect();
@@ -122,25 +122,12 @@ fn main() {
         agree(name, curves, &[&sorted[..], &scattered].concat());
     }
 
-    let mut table = Table::new("B1 and B3, an axis at 1 kHz in batches of 16, 992 times");
+    let mut table = report.table("B1 and B3, an axis at 1 kHz in batches of 16, 992 times");
     table.row("typical", batches(&typical, &sorted));
     table.row("any", batches(&any, &sorted));
-    let mut table = Table::new("B2, random access, 992 times, with the making of tables");
+    let mut table = report.table("B2, random access, 992 times, with the making of tables");
     table.row("typical", scatter(&typical, &scattered));
     table.row("any", scatter(&any, &scattered));
-
-    let mut criterion = Criterion::default().configure_from_args();
-    let mut group = criterion.benchmark_group("curves");
-    group.throughput(Throughput::Elements(TIMES as u64));
-    group.bench_function("batches", |bencher| {
-        let mut out = [0.0; BATCH];
-        bencher.iter(|| sampled(&typical[0], black_box(&sorted), &mut out));
-    });
-    group.bench_function("random access", |bencher| {
-        bencher.iter(|| sum(black_box(&scattered), typical[0].table()));
-    });
-    group.finish();
-    criterion.final_summary();
 }
 
 /// Work on the next segment in each call, in an endless cycle.

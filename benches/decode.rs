@@ -1,57 +1,91 @@
-//! D1 to D3: frames in one slice are decoded to typed messages, whose fields are all added up.
+//! D1 to D3: frames in one slice are decoded to typed messages.
 //!
-//! Each bench names its contenders. The walk through the stream, the measurement of the limit and the check of all
-//! values are here, once for the three protocols.
+//! Each chapter names its contenders. The walk through the stream, the use of the messages, the measurement of the limit
+//! and the check of all values are here, once for the three protocols.
 
 use std::hint::black_box;
 
-use crate::ratios::{Contender, Table, contender};
-use crate::traffic::{Mix, Side, Tally};
+use motion_core::stream::{Head, Memo};
 
-/// Function that reads each frame of a stream, with its side, and adds up the fields.
+use crate::ratios::{Contender, Table, contender};
+use crate::traffic::{Mix, Protocol, Side, Tally};
+
+/// Function that reads each frame of a stream, with its side.
 pub type Read = fn(&Mix) -> Tally;
 
 /// Name of the contender that only walks from length to length and adds up all bytes.
 pub const LIMIT: &str = "walk and touch";
 
-/// Handles the arguments `count CONTENDER MIX TIMES`: reads the mix that many times with one contender, and does
-/// nothing else. The difference of two runs under `valgrind --tool=callgrind` is the number of instructions. Returns
-/// whether the arguments were given.
-///
-/// # Panics
-///
-/// If the contender or the mix does not exist, or if the number of times is not a number.
-#[must_use]
-pub fn counts(readers: &[(&'static str, Read)], mixes: &[(&str, Mix)]) -> bool {
-    let args: Vec<_> = std::env::args().skip_while(|arg| arg != "count").collect();
-    let [_, reader, mix, times] = &args[..] else { return false };
-    let (_, read) = readers.iter().find(|(name, _)| name == reader).expect("a contender");
-    let (_, mix) = mixes.iter().find(|(name, _)| name == mix).expect("a mix");
-    for _ in 0..times.parse().expect("a number of times") {
-        black_box(read(black_box(mix)));
-    }
-    true
+/// Message of a peer, whose fields can be added up.
+pub trait Sum {
+    /// Sum of all fields, modulo 2^32.
+    fn sum(&self) -> u32;
 }
 
-/// Prints the table of all contenders. Each must first find all values of the mix; the limit only counts its messages.
+/// Use of a decoded message. Either part of the message is used, or all of it.
+pub trait Use {
+    /// Uses a message of a peer.
+    fn message(message: &impl Sum) -> u32;
+
+    /// Decodes and uses a message of ours.
+    fn frame<F: Protocol>(side: Side, frame: &F::Frame<'_>) -> u32;
+}
+
+/// Use of the fields of the four messages of a mix: they are added up. The optimiser may leave out what the decoders do
+/// for other messages.
+pub enum Fields {}
+
+/// Use of the whole message: it is in memory, whichever message it is. So the optimiser leaves out nothing.
+pub enum Whole {}
+
+impl Use for Fields {
+    #[inline]
+    fn message(message: &impl Sum) -> u32 {
+        message.sum()
+    }
+
+    #[inline]
+    fn frame<F: Protocol>(side: Side, frame: &F::Frame<'_>) -> u32 {
+        F::sum(side, frame)
+    }
+}
+
+impl Use for Whole {
+    #[inline]
+    fn message(message: &impl Sum) -> u32 {
+        black_box(message);
+        0
+    }
+
+    #[inline]
+    fn frame<F: Protocol>(side: Side, frame: &F::Frame<'_>) -> u32 {
+        F::keep(side, frame);
+        0
+    }
+}
+
+/// Measures two rows for each mix: all contenders with the sums of the fields, and all with the whole messages. The
+/// former must find all values of the mix. The latter and the limit only count its messages.
 ///
 /// # Panics
 ///
 /// If a contender finds other values.
-pub fn table(title: &'static str, readers: &[(&'static str, Read)], mixes: &[(&'static str, Mix)]) {
-    let mut table = Table::new(title);
+pub fn rows(
+    table: &mut Table<'_>,
+    mixes: &[(&'static str, Mix)],
+    fields: &[(&'static str, Read)],
+    whole: &[(&'static str, Read)],
+) {
     for (name, mix) in mixes {
-        table.row(name, readers.iter().map(|&(name, read)| reader(name, read, mix)).collect());
+        let reader = |&(name, read): &(&'static str, Read), counts: bool| -> Contender<'_> {
+            let found = read(mix);
+            let value = if counts || name == LIMIT { found.value } else { mix.tally.value };
+            assert_eq!(found, Tally { value, ..mix.tally }, "{name}");
+            contender(name, move || read(black_box(mix))).per(mix.tally.messages)
+        };
+        table.row(name, fields.iter().map(|read| reader(read, false)).collect());
+        table.row(&format!("{name}, whole"), whole.iter().map(|read| reader(read, true)).collect());
     }
-}
-
-fn reader<'a>(name: &'static str, read: Read, mix: &'a Mix) -> Contender<'a> {
-    if name == LIMIT {
-        assert_eq!(read(mix).messages, mix.tally.messages);
-    } else {
-        assert_eq!(read(mix), mix.tally, "{name}");
-    }
-    contender(name, move || read(black_box(mix)))
 }
 
 /// Walks from frame to frame. `frame` is the contender, and returns the sum of the fields of one frame and the bytes
@@ -61,11 +95,26 @@ pub fn read<'a>(mix: &'a Mix, frame: impl Fn(&'a [u8], Side) -> Option<(u32, &'a
     let (mut tally, mut stream) = (Tally::default(), &mix.bytes[..]);
     for &side in &mix.sides {
         let Some((sum, rest)) = frame(stream, side) else { break };
-        tally.messages += 1;
-        tally.value = tally.value.rotate_left(1) ^ sum;
+        tally.add(sum);
         stream = rest;
     }
     tally
+}
+
+/// Our contender: the frame at the start is verified and decoded.
+#[must_use]
+#[inline]
+pub fn ours<F: Protocol, U: Use>(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
+    frame::<F>(stream, |frame| U::frame::<F>(side, frame))
+}
+
+/// Splits a verified frame from the start, and returns what `sum` makes of it and the bytes after it.
+#[inline]
+pub fn frame<'a, F: Protocol>(stream: &'a [u8], sum: impl Fn(&F::Frame<'a>) -> u32) -> Option<(u32, &'a [u8])> {
+    let Head::Total(len) = F::head(stream) else { return None };
+    let (bytes, rest) = stream.split_at_checked(len)?;
+    let frame = F::frame(bytes).filter(|_| F::Memo::<0>::is_sound(bytes))?;
+    Some((sum(&frame), rest))
 }
 
 /// The limit for a frame of length `len`: adds up all its bytes as numbers of 64 bits.

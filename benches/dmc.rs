@@ -1,47 +1,44 @@
 //! Decoding and encoding of DMC, compared with other crates.
 //!
-//! D1: frames in one slice are verified and decoded to typed messages, whose fields are all added up. Each contender
-//! knows the four messages of the mixes and their directions, and must find the values that were encoded. All verify
-//! with our checksum, so only the way from bytes to values differs. The limit is to walk from length to length and to
-//! add up all bytes.
+//! D1: frames in one slice are verified and decoded to typed messages. Each contender knows the four messages of the
+//! mixes and their directions. All verify with our checksum, so only the way from bytes to values differs. The limit is
+//! to walk from length to length and to add up all bytes.
 //!
 //! E1: one message is encoded to its frame. The limit is to copy a finished frame and to calculate its checksum.
-//!
-//! `dmc count CONTENDER MIX TIMES` reads a mix that many times with one contender of D1, and does nothing else. The
-//! difference of two runs under `valgrind --tool=callgrind` is the number of instructions.
-
-mod peers;
 
 use std::hint::black_box;
 
-use benches::decode::{self, LIMIT, Read, read, touch};
-use benches::ratios::{Contender, Table, contender};
-use benches::traffic::{self, Protocol, Side};
+use benches::decode::{self, Fields, LIMIT, Read, Use, Whole, ours, read, touch};
+use benches::ratios::{Contender, contender};
+use benches::report::Report;
+use benches::traffic::{self, Side};
 use bytes::{BufMut, BytesMut};
 use dmc_proto::message::{JogSpeed, Motor, MotorJog, MotorPositions, MoveTime, RtUploadMoveAxis, StartIndex, Steps};
 use dmc_proto::{DeviceMessage, Dmc, HostMessage, MessageId};
 use motion_core::fixed::Scaled;
 use motion_core::fletcher::{Sum, verify};
-use motion_core::stream::{Framing, Head, Memo};
 use motion_core::zerocopy::little_endian::I32;
 
-const READERS: [(&str, Read); 7] = [
-    ("dmc-proto", |mix| read(mix, ours)),
-    (LIMIT, |mix| read(mix, limit)),
-    ("zerocopy", |mix| read(mix, peers::zerocopy::read)),
-    ("nom", |mix| read(mix, peers::nom::read)),
-    ("winnow", |mix| read(mix, peers::winnow::read)),
-    ("deku", |mix| read(mix, peers::deku::read)),
-    ("binrw", |mix| read(mix, peers::binrw::read)),
-];
+use crate::peers::dmc as peers;
 
-fn main() {
+fn readers<U: Use>() -> [(&'static str, Read); 7] {
+    [
+        ("dmc-proto", |mix| read(mix, ours::<Dmc, U>)),
+        (LIMIT, |mix| read(mix, limit)),
+        ("zerocopy", |mix| read(mix, peers::zerocopy::read::<U>)),
+        ("nom", |mix| read(mix, peers::nom::read::<U>)),
+        ("winnow", |mix| read(mix, peers::winnow::read::<U>)),
+        ("deku", |mix| read(mix, peers::deku::read::<U>)),
+        ("binrw", |mix| read(mix, peers::binrw::read::<U>)),
+    ]
+}
+
+pub(crate) fn chapter(report: &mut Report) {
     let mixes = [("upload mix", traffic::dmc(true)), ("small mix", traffic::dmc(false))];
-    if decode::counts(&READERS, &mixes) {
-        return;
-    }
-    decode::table("D1, frames in one slice to typed messages, 2000 of them", &READERS, &mixes);
-    let mut table = Table::new("E1, a message to its frame");
+    let mut table = report.table("DMC decode");
+    decode::rows(&mut table, &mixes, &readers::<Fields>(), &readers::<Whole>());
+
+    let mut table = report.table("DMC encode");
     let mut steps = (-128..128).map(|at| I32::new(at * 7_654_321));
     let positions: [I32; 256] = std::array::from_fn(|_| steps.next().unwrap_or_default());
     let at = MotorPositions { move_time: MoveTime(Scaled(12_345)), positions: &positions[..16], tail: &[] };
@@ -56,16 +53,6 @@ fn main() {
         "1041 B",
         encoders(move |out| HostMessage::RtUploadMoveAxis(black_box(upload)).encode_into(MessageId(77), out)),
     );
-}
-
-#[inline]
-fn ours(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
-    let Head::Total(len) = Dmc::<2048>::head(stream) else { return None };
-    let (bytes, rest) = stream.split_at_checked(len)?;
-    if !<<Dmc as Framing>::Memo<0> as Memo>::is_sound(bytes) {
-        return None;
-    }
-    Some((<Dmc as Protocol>::sum(side, &Dmc::<2048>::frame(bytes)?), rest))
 }
 
 #[inline]
@@ -99,7 +86,7 @@ fn encoders<'a, E: std::fmt::Debug>(encode: impl Fn(&mut [u8]) -> Result<usize, 
     vec![
         contender("dmc-proto", move || encode(black_box(&mut ours)).is_ok()),
         contender("memcpy and sum", move || copy(black_box(&frame), black_box(&mut out))),
-        contender("BytesMut", move || {
+        contender("bytes, BytesMut", move || {
             buf.clear();
             put(black_box(&mut buf), black_box(&head), black_box(&message));
         }),

@@ -6,33 +6,27 @@
 use std::hint::black_box;
 
 use benches::ratios::{Contender, Table, contender};
-use criterion::{BenchmarkId, Criterion, Throughput};
+use benches::report::Report;
 use motion_core::fletcher::{Sum, verify};
 
 /// Lengths of frames, in bytes: empty messages, acks, jogs, positions of 16 motors, and the longest uploads.
 const LENGTHS: [usize; 6] = [12, 14, 19, 80, 1041, 1048];
 
-fn main() {
+pub(crate) fn chapter(report: &mut Report) {
     let frames = LENGTHS.map(sound_frame);
     for frame in &frames {
         agree(frame);
     }
 
-    let mut table = Table::new("Fletcher-16, verify");
+    let mut table = report.table("Fletcher-16, verify");
     for frame in &frames {
         table.row(&format!("{} B", frame.len()), contenders(frame));
     }
-    let mut table = Table::new("Fletcher-16, verify, length known to the compiler");
+    let mut table = report.table("Fletcher-16, verify, length known to the compiler");
     array_row::<12>(&mut table);
     array_row::<14>(&mut table);
     array_row::<19>(&mut table);
     array_row::<80>(&mut table);
-
-    let mut criterion = Criterion::default().configure_from_args();
-    for frame in &frames {
-        criterion_group(&mut criterion, frame);
-    }
-    criterion.final_summary();
 }
 
 fn contenders(frame: &[u8]) -> Vec<Contender<'_>> {
@@ -42,7 +36,7 @@ fn contenders(frame: &[u8]) -> Vec<Contender<'_>> {
 }
 
 /// Measures a frame as an array. The peers take the same bytes as a slice, as always.
-fn array_row<const N: usize>(table: &mut Table) {
+fn array_row<const N: usize>(table: &mut Table<'_>) {
     let frame: [u8; N] = sound_frame(N).try_into().expect("the frame has N bytes");
     let mut contenders = vec![contender("motion-core, array", || verify(black_box::<&[u8; N]>(&frame)))];
     contenders.extend(peers(&frame));
@@ -53,7 +47,7 @@ fn peers(frame: &[u8]) -> [Contender<'_>; 4] {
     [
         contender("byte sum (u32)", || byte_sum(black_box(frame))),
         contender("byte sum (u64)", || wide_byte_sum(black_box(frame))),
-        contender("fletcher 1.0.0", || fletcher::calc_fletcher16(black_box(frame)) == 0),
+        contender("fletcher", || fletcher::calc_fletcher16(black_box(frame)) == 0),
         contender("C listing", || listing(black_box(frame)) == 0),
     ]
 }
@@ -108,19 +102,4 @@ fn agree(frame: &[u8]) {
     }
     assert_eq!(byte_sum(frame) % 255, 0, "the first of the two sums is zero");
     assert_eq!(u64::from(byte_sum(body)), wide_byte_sum(body), "both byte sums are equal");
-}
-
-fn criterion_group(criterion: &mut Criterion, frame: &[u8]) {
-    let mut group = criterion.benchmark_group("fletcher16");
-    group.throughput(Throughput::Bytes(frame.len() as u64));
-    let mut bench = |name, verify: fn(&[u8]) -> bool| {
-        group.bench_with_input(BenchmarkId::new(name, frame.len()), frame, |bencher, frame| {
-            bencher.iter(|| verify(black_box(frame)));
-        });
-    };
-    bench("motion-core", verify);
-    bench("byte sum (u32)", |frame| byte_sum(frame) == 0);
-    bench("fletcher 1.0.0", |frame| fletcher::calc_fletcher16(frame) == 0);
-    bench("C listing", |frame| listing(frame) == 0);
-    group.finish();
 }

@@ -1,11 +1,100 @@
-//! DMC streams that are made to be expensive, and the frames in them.
+//! I2: DMC streams that are made to be expensive, beside a stream of valid frames.
+//!
+//! The frames in them must be those that a search from each byte in turn finds. The work is the number of bytes looked
+//! at for each byte in, counted by the stream itself. Work and time for each byte must not grow with the input.
 
+use std::hint::black_box;
+
+use benches::ratios::{Contender, contender};
+use benches::report::Report;
+use benches::traffic::{self, Mix};
 use dmc_proto::{Dmc, MessageId, MessageType};
 use motion_core::fletcher;
 use motion_core::stream::{Frames, Item};
 
+use crate::stream::read_pushed;
+
+const PIECES: [(&str, usize); 3] =
+    [("floods, pieces of 64 KiB", 65_536), ("floods, pieces of 64 B", 64), ("floods, pieces of 1 B", 1)];
+
+/// Bytes of a flood, and the offsets and lengths of the frames in it.
+struct Flood {
+    name: &'static str,
+    bytes: Vec<u8>,
+    frames: Vec<(usize, usize)>,
+}
+
+pub(crate) fn chapter(report: &mut Report) {
+    // The upload mix costs less for each byte than the small one, so it is the stricter measure.
+    let mix = traffic::dmc(true);
+    let len = mix.bytes.len();
+
+    let mut table = report.table("floods, work for each byte");
+    for (name, unit) in units(2048) {
+        for (_, cut) in PIECES {
+            table.numbers(&format!("{name}, pieces of {cut} B"), &works::<2048, 4096>(&unit, len, cut));
+        }
+    }
+    let [once, twice, four] = [1, 2, 4].map(|times| floods(2048, len * times));
+    let mut table = report.table("floods, longer and longer");
+    for ((once, twice), four) in once.iter().zip(&twice).zip(&four) {
+        let lengths = [("n", once), ("2 n", twice), ("4 n", four)];
+        table.row(once.name, lengths.map(|(name, flood)| flooded::<2048, 4096>(name, flood, 65_536)).into());
+    }
+    let (short, full) = (floods(1048, len), floods(65_547, len));
+    for (piece, cut) in PIECES {
+        let mut table = report.table(piece);
+        for ((short, once), full) in short.iter().zip(&once).zip(&full) {
+            let contenders = vec![
+                clean(&mix, cut),
+                flooded::<1048, 2096>("limit 1048", short, cut),
+                flooded::<2048, 4096>("limit 2048", once, cut),
+                flooded::<65_547, 131_094>("limit 65547", full, cut),
+            ];
+            table.row(once.name, contenders);
+        }
+    }
+}
+
+/// Work for each byte of a flood of `len` bytes, and of one twice and four times as long.
+fn works<const CAP: usize, const N: usize>(unit: &[u8], len: usize, cut: usize) -> [(&'static str, f64); 3] {
+    [("n", len), ("2 n", 2 * len), ("4 n", 4 * len)].map(|(name, len)| {
+        let mut frames = Box::new(Frames::<Dmc<CAP>, N>::new());
+        read_pushed(&mut frames, &cycle(unit, len), cut, Mix::default().reader());
+        let [work, len] = [frames.work(), len].map(|number| f64::from(u32::try_from(number).expect("32 bits")));
+        (name, work / len)
+    })
+}
+
+/// Contender that reads valid frames.
+fn clean(mix: &Mix, cut: usize) -> Contender<'_> {
+    let mut frames = Box::new(Frames::<Dmc, 4096>::new());
+    contender("clean", move || read_pushed(&mut frames, black_box(&mix.bytes), cut, mix.reader())).per(mix.bytes.len())
+}
+
+/// Contender that finds all frames of a flood.
+fn flooded<'a, const CAP: usize, const N: usize>(name: &'static str, flood: &'a Flood, cut: usize) -> Contender<'a> {
+    let mut frames = Box::new(Frames::<Dmc<CAP>, N>::new());
+    assert_eq!(found(&mut frames, &flood.bytes, cut), flood.frames, "{name}, {}", flood.name);
+    let read = move || read_pushed(&mut frames, black_box(&flood.bytes), cut, Mix::default().reader());
+    contender(name, read).per(flood.bytes.len())
+}
+
+/// Expensive streams of `len` bytes each, for frames of up to `cap` bytes.
+fn floods(cap: usize, len: usize) -> [Flood; 16] {
+    units(cap).map(|(name, unit)| {
+        let bytes = cycle(&unit, len);
+        let frames = rescan(&bytes, cap);
+        Flood { name, bytes, frames }
+    })
+}
+
+fn cycle(unit: &[u8], len: usize) -> Vec<u8> {
+    unit.iter().copied().cycle().take(len).collect()
+}
+
 /// Offsets and lengths of the frames that a stream finds.
-pub(crate) fn found<const CAP: usize, const N: usize>(
+fn found<const CAP: usize, const N: usize>(
     frames: &mut Frames<Dmc<CAP>, N>,
     stream: &[u8],
     cut: usize,
@@ -33,7 +122,7 @@ pub(crate) fn found<const CAP: usize, const N: usize>(
 }
 
 /// Offsets and lengths of the frames, found by a search from each byte in turn.
-pub(crate) fn rescan(stream: &[u8], cap: usize) -> Vec<(usize, usize)> {
+fn rescan(stream: &[u8], cap: usize) -> Vec<(usize, usize)> {
     let (mut at, mut found) = (0, Vec::new());
     while let Some(rest) = stream.get(at..).filter(|rest| rest.len() >= 12) {
         let len = 12 + usize::from(u16::from_le_bytes([rest[8], rest[9]]));
@@ -45,8 +134,8 @@ pub(crate) fn rescan(stream: &[u8], cap: usize) -> Vec<(usize, usize)> {
     found
 }
 
-/// Expensive streams of `len` bytes each, for frames of up to `cap` bytes.
-pub(crate) fn floods(cap: usize, len: usize) -> [(&'static str, Vec<u8>); 16] {
+/// Bytes that make an expensive stream when they are repeated, for frames of up to `cap` bytes.
+fn units(cap: usize) -> [(&'static str, Vec<u8>); 16] {
     let longest = cap - 12;
     let good = frame(&[0; 7]);
     let lie = |data_len| [&b"DF\x01\0\0\0\x36\0"[..], &le(data_len)].concat();
@@ -79,7 +168,6 @@ pub(crate) fn floods(cap: usize, len: usize) -> [(&'static str, Vec<u8>); 16] {
         ("D every 2nd", b"D\0".to_vec()),
         ("zeros", vec![0]),
     ]
-    .map(|(name, unit)| (name, unit.iter().copied().cycle().take(len).collect()))
 }
 
 fn le(len: usize) -> [u8; 2] {

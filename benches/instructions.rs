@@ -4,19 +4,23 @@
 //! the name of each row and the number of messages in it, in the order of the calls.
 //!
 //! The mixes are those of the other benches. The rows `all` read every valid message of the conformance vectors once.
-//! With the argument `each`, every vector has its own rows instead, so that a change can be traced to a message.
+//! With the argument `each`, every vector has its own rows instead, so that a change can be traced to a message. With
+//! the argument `times`, the bench of profiles tells the program how often to repeat each row, and it answers the time.
 //!
+//! - `slice`: frames in one slice are found, verified and decoded, and all fields of each message are added up.
+//! - `query`: as `slice`, and each reply of hoot is read through the query that it answers.
 //! - `decode`: a slice that is one frame is decoded to a typed message.
 //! - `stream`: a stream in one piece is read through `Frames` and decoded to typed messages.
-//! - `fields`: as `decode`, and all fields of each message are added up.
 //! - `encode`: a typed message is encoded to its frame.
 //! - `wake`: an idle machine is woken once.
 
 use std::hint::black_box;
+use std::time::Instant;
 
+use benches::decode::{Fields, frame, ours, read};
 use benches::traffic::{self, Mix, Protocol, Side};
 use motion_core::machine::Machine;
-use motion_core::stream::{Head, Memo};
+use motion_core::stream::Head;
 use motion_core::time::Millis;
 use serde_json::Value;
 
@@ -34,8 +38,24 @@ fn measured(work: &mut dyn FnMut()) {
 fn row(name: &str, messages: usize, mut work: impl FnMut()) {
     // The first run is not counted, because it initialises what is initialised once.
     work();
-    measured(&mut work);
+    let counts = std::env::args().nth(1).is_none_or(|arg| arg != "times");
+    if counts {
+        measured(&mut work);
+    }
     println!("{name} {messages}");
+    if counts {
+        return;
+    }
+    for times in std::io::stdin().lines().map(|line| line.expect("a line").parse::<u32>().expect("a number")) {
+        if times == 0 {
+            break;
+        }
+        let start = Instant::now();
+        for _ in 0..times {
+            measured(&mut work);
+        }
+        println!("{}", start.elapsed().as_nanos());
+    }
 }
 
 /// Defines the rows of one protocol. The three differ in whether decoding can fail, and in the values that a frame
@@ -141,6 +161,9 @@ fn main() {
     mix::<dmc_proto::Dmc>("dmc/mix", &traffic::dmc(true), dmc::rows);
     mix::<dmc_proto::Dmc>("dmc/small", &traffic::dmc(false), dmc::rows);
     mix::<hoot_proto::Hoot>("hoot/mix", &traffic::hoot(), hoot::rows);
+    reads("hoot/mix/query", &traffic::hoot(), |mix| {
+        read(mix, |stream, side| frame::<hoot_proto::Hoot>(stream, |frame| traffic::through_query(side, frame)))
+    });
 
     macro_rules! wakes {
         ($($name:literal: $protocol:ident $side:ident $machine:ident;)*) => {
@@ -171,16 +194,13 @@ fn mix<F: Protocol>(name: &str, mix: &Mix, rows: fn(&str, &[Sent<'_>])) {
         })
         .collect();
     rows(name, &stream);
+    reads(&format!("{name}/slice"), mix, |mix| read(mix, ours::<F, Fields>));
+}
+
+/// Row that must find all values of a mix.
+fn reads(name: &str, mix: &Mix, read: fn(&Mix) -> traffic::Tally) {
     let mut tally = traffic::Tally::default();
-    row(&format!("{name}/fields"), stream.len(), || {
-        let mut reader = mix.reader();
-        for (_, bytes) in &stream {
-            if let Some(frame) = F::frame(bytes).filter(|_| F::Memo::<0>::is_sound(bytes)) {
-                reader.frame::<F>(&frame);
-            }
-        }
-        tally = reader.tally;
-    });
+    row(name, mix.tally.messages, || tally = read(black_box(mix)));
     assert_eq!(tally, mix.tally, "{name}");
 }
 

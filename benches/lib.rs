@@ -2,4 +2,5 @@
 
 pub mod decode;
 pub mod ratios;
+pub mod report;
 pub mod traffic;

@@ -12,6 +12,7 @@
 use std::hint::black_box;
 
 use benches::ratios::{Table, contender};
+use benches::report::Report;
 use motion_core::machine::Machine;
 use motion_core::time::Millis;
 
@@ -24,8 +25,8 @@ enum Happened<I> {
 /// All that happens to a machine in an exchange, in order.
 type Exchange<I> = Vec<(Millis, Happened<I>)>;
 
-fn main() {
-    let mut table = Table::new("calls of machines");
+pub(crate) fn chapter(report: &mut Report) {
+    let mut table = report.table("machines");
     /// A row of a machine; `input` makes its input from what happened.
     macro_rules! row {
         ($label:literal, $machine:expr, $exchange:expr, $input:path) => {
@@ -47,7 +48,7 @@ fn main() {
 }
 
 fn row<M: Clone, I>(
-    table: &mut Table,
+    table: &mut Table<'_>,
     label: &str,
     first: &M,
     exchange: &Exchange<I>,

@@ -12,7 +12,7 @@ use motion_core::stream::Framing;
 use motion_core::wire::{EncodeError, FieldView, Fields, Value};
 
 pub use dmc::dmc;
-pub use hoot::hoot;
+pub use hoot::{hoot, through_query};
 pub use kos::kos;
 
 /// Side that sent a message.
@@ -28,6 +28,9 @@ pub enum Side {
 pub trait Protocol: Framing + 'static {
     /// Sum of all fields of a message, modulo 2^32.
     fn sum(side: Side, frame: &Self::Frame<'_>) -> u32;
+
+    /// Decodes a message and keeps it from the optimiser.
+    fn keep(side: Side, frame: &Self::Frame<'_>);
 }
 
 /// Result of reading a stream.
@@ -40,7 +43,9 @@ pub struct Tally {
 }
 
 impl Tally {
-    fn add(&mut self, sum: u32) {
+    /// Adds a message by the sum of its fields.
+    #[inline]
+    pub fn add(&mut self, sum: u32) {
         self.messages += 1;
         self.value = self.value.rotate_left(1) ^ sum;
     }

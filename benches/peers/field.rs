@@ -28,11 +28,6 @@ fn kinds() -> impl Iterator<Item = (u32, u32)> {
     .take(2000)
 }
 
-fn note(tally: &mut Tally, sum: u32) {
-    tally.messages += 1;
-    tally.value = tally.value.rotate_left(1) ^ sum;
-}
-
 fn total(numbers: impl IntoIterator<Item = u32>) -> u32 {
     numbers.into_iter().fold(0, u32::wrapping_add)
 }
@@ -69,7 +64,7 @@ pub(crate) fn mavlink() -> Stream {
                 hdg: 0x0101,
             }),
         };
-        note(&mut stream.tally, sum_of_mavlink(&message));
+        stream.tally.add(sum_of_mavlink(&message));
         write_v2_msg(&mut stream.bytes, MavHeader::default(), &message).expect("writing to a vector does not fail");
     }
     stream
@@ -93,7 +88,7 @@ fn sum_of_mavlink(message: &MavMessage) -> u32 {
 pub(crate) fn read_mavlink(stream: &[u8]) -> Tally {
     let (mut reader, mut tally) = (MavlinkReader::new(stream), Tally::default());
     while let Ok((_, message)) = reader.read_message::<MavMessage>(MavlinkVersion::V2) {
-        note(&mut tally, sum_of_mavlink(&message));
+        tally.add(sum_of_mavlink(&message));
     }
     tally
 }
@@ -115,7 +110,7 @@ pub(crate) fn ublox() -> Stream {
             b = b.wrapping_add(a);
         }
         stream.bytes.extend([a, b]);
-        note(&mut stream.tally, total((1..=u32::from(numbers)).map(|times| number.wrapping_mul(times))));
+        stream.tally.add(total((1..=u32::from(numbers)).map(|times| number.wrapping_mul(times))));
     }
     stream
 }
@@ -154,7 +149,7 @@ pub(crate) fn read_ublox(parser: &mut Parser<Vec<u8>>, stream: &[u8]) -> Tally {
             ]),
             _ => 0,
         };
-        note(&mut tally, sum);
+        tally.add(sum);
     }
     tally
 }

@@ -2,6 +2,8 @@
 //!
 //! All parsers check the break, the length and the address of a packet. In a position they check the type of the value.
 
+use benches::decode::Sum;
+
 const BREAK: [u8; 6] = [0, 0, 0, 0, 0, 0xFF];
 /// Type of a value that is a signed number of 32 bits.
 const LONG: u8 = 3;
@@ -14,8 +16,9 @@ enum Message {
     Ack { code: u8 },
 }
 
-impl Message {
+impl Sum for Message {
     /// Sum of all fields and of the type of the value.
+    #[inline]
     fn sum(&self) -> u32 {
         match *self {
             Self::Move { motor, direction, steps } => total([motor.into(), direction.into(), steps]),
@@ -32,6 +35,7 @@ fn total(numbers: [u32; 3]) -> u32 {
 
 /// Parser with zerocopy: structs over the bytes.
 pub(crate) mod zerocopy {
+    use benches::decode::Use;
     use benches::traffic::Side;
     use zerocopy::big_endian::{I32, U32};
     use zerocopy::{FromBytes, Immutable, KnownLayout, Unaligned};
@@ -63,7 +67,7 @@ pub(crate) mod zerocopy {
     }
 
     #[inline]
-    pub(crate) fn read(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
+    pub(crate) fn read<U: Use>(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
         let (header, rest) = Header::ref_from_prefix(stream).ok().filter(|(header, _)| header.marker == BREAK)?;
         let (data, rest) = rest.split_at_checked(header.len.into())?;
         let message = match (side, header.address, header.sub_address, header.command) {
@@ -79,12 +83,13 @@ pub(crate) mod zerocopy {
             }
             _ => return None,
         };
-        Some((message.sum(), rest))
+        Some((U::message(&message), rest))
     }
 }
 
 /// Parser with nom: its combinators.
 pub(crate) mod nom {
+    use benches::decode::Use;
     use benches::traffic::Side;
     use nom::bytes::complete::tag;
     use nom::combinator::{all_consuming, eof, map};
@@ -120,9 +125,9 @@ pub(crate) mod nom {
     }
 
     #[inline]
-    pub(crate) fn read(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
+    pub(crate) fn read<U: Use>(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
         let (rest, message) = frame(stream, side).ok()?;
-        Some((message.sum(), rest))
+        Some((U::message(&message), rest))
     }
 }
 
@@ -130,6 +135,7 @@ pub(crate) mod nom {
 pub(crate) mod binrw {
     use std::io::Cursor;
 
+    use benches::decode::Use;
     use benches::traffic::Side;
     use binrw::BinRead;
 
@@ -172,9 +178,9 @@ pub(crate) mod binrw {
     }
 
     #[inline]
-    pub(crate) fn read(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
+    pub(crate) fn read<U: Use>(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
         let mut cursor = Cursor::new(stream);
         let message = Message::from(Frame::read_args(&mut cursor, (side,)).ok()?);
-        Some((message.sum(), stream.get(usize::try_from(cursor.position()).ok()?..)?))
+        Some((U::message(&message), stream.get(usize::try_from(cursor.position()).ok()?..)?))
     }
 }

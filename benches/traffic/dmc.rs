@@ -1,6 +1,7 @@
 //! Mixes of DMC.
 
 use std::array;
+use std::hint::black_box;
 
 use dmc_proto::message::{
     Ack, AckCode, JogSpeed, Motor, MotorJog, MotorPositions, MoveTime, RtUploadMoveAxis, StartIndex, Steps,
@@ -73,5 +74,13 @@ impl<const CAP: usize> Protocol for Dmc<CAP> {
             },
         };
         fields.wrapping_add(frame.id().0)
+    }
+
+    #[inline]
+    fn keep(side: Side, frame: &Frame<'_>) {
+        match side {
+            Side::Host => _ = black_box(&HostMessage::decode(frame)),
+            Side::Device => _ = black_box(&DeviceMessage::decode(frame)),
+        }
     }
 }

@@ -1,9 +1,11 @@
 //! Mix of hoot.
 
+use std::hint::black_box;
+
 use hoot_proto::message::{
     Direction, Motor, MotorMove, MotorPosition, Reply, ResponseCode, StepCount, Value, ValueType,
 };
-use hoot_proto::{Address, DeviceMessage, Frame, Hoot, HostMessage};
+use hoot_proto::{Address, DeviceMessage, Frame, Hoot, HostMessage, Query as _};
 
 use super::{Mix, Protocol, Rng, SEED, Side, bytes, total};
 
@@ -53,6 +55,36 @@ impl<const CAP: usize> Protocol for Hoot<CAP> {
             },
         }
     }
+
+    #[inline]
+    fn keep(side: Side, frame: &Frame<'_>) {
+        match side {
+            Side::Host => _ = black_box(&HostMessage::decode(frame)),
+            Side::Device => {
+                let message = DeviceMessage::decode(frame);
+                if let DeviceMessage::Reply(reply) = black_box(&message) {
+                    black_box(&reply.value());
+                }
+            }
+        }
+    }
+}
+
+/// Sum of a packet, in which a reply with a value is read through the query that it answers. The mix has one kind of
+/// query, and its motor changes nothing.
+#[inline]
+#[must_use]
+pub fn through_query(side: Side, frame: &Frame<'_>) -> u32 {
+    if side == Side::Host {
+        return <Hoot as Protocol>::sum(side, frame);
+    }
+    let DeviceMessage::Reply(reply) = DeviceMessage::decode(frame) else { return 0 };
+    let code = u32::from(reply.code.0);
+    if reply.data.is_empty() {
+        return code;
+    }
+    let Ok(position) = (MotorPosition { motor: Motor::One }).decode_reply(reply) else { return 0 };
+    total([code, position.value_type().0.into(), position.value.0.cast_unsigned()])
 }
 
 #[inline]

@@ -1,6 +1,7 @@
 //! Mixes of kOS.
 
 use std::array;
+use std::hint::black_box;
 
 use kos_proto::message::{
     MotorAddress, MotorEntry, MotorInfo, MotorInfos, MotorPlace, MotorPosition, Normalized, Photos, PlaybackState,
@@ -105,6 +106,11 @@ impl<const CAP: usize> Protocol for Kos<CAP> {
             }
             _ => 0,
         }
+    }
+
+    #[inline]
+    fn keep(_: Side, frame: &Frame<'_>) {
+        black_box(&DeviceMessage::decode(frame));
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::io::Cursor;
 
+use benches::decode::Use;
 use benches::traffic::Side;
 use binrw::BinRead;
 
@@ -20,8 +21,8 @@ struct Frame {
 }
 
 #[inline]
-pub(crate) fn read(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
+pub(crate) fn read<U: Use>(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
     let (bytes, rest) = split(stream)?;
     let frame = Frame::read(&mut Cursor::new(bytes)).ok()?;
-    Some((frame.body.sum(), rest))
+    Some((U::message(&frame.body), rest))
 }

@@ -1,5 +1,6 @@
 //! Parser with deku: its derive macros, and lists as vectors.
 
+use benches::decode::Use;
 use benches::traffic::Side;
 use deku::prelude::*;
 
@@ -20,8 +21,8 @@ struct Frame {
 }
 
 #[inline]
-pub(crate) fn read(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
+pub(crate) fn read<U: Use>(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
     let (bytes, rest) = split(stream)?;
     let (_, frame) = Frame::from_bytes((bytes, 0)).ok()?;
-    Some((frame.body.sum(), rest))
+    Some((U::message(&frame.body), rest))
 }

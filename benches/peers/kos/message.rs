@@ -1,5 +1,6 @@
 //! Messages of the mixes as values, which are read by derive macros or made by hand.
 
+use benches::decode::Sum;
 use binrw::BinRead;
 use deku::prelude::*;
 
@@ -110,9 +111,9 @@ pub(super) enum Body {
     },
 }
 
-impl Message {
-    /// Sum of all fields.
-    pub(super) fn sum(&self) -> u32 {
+impl Sum for Message {
+    #[inline]
+    fn sum(&self) -> u32 {
         match self {
             Self::Position(place) => place.sum(),
             Self::Status { state, elapsed, photos, count, places } => {

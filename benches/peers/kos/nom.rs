@@ -1,5 +1,6 @@
 //! Parser with nom: its combinators, and lists as vectors.
 
+use benches::decode::Use;
 use benches::traffic::Side;
 use nom::bytes::complete::{tag, take};
 use nom::combinator::{fail, map, verify};
@@ -134,7 +135,7 @@ fn frame(stream: &[u8]) -> IResult<&[u8], Message> {
 }
 
 #[inline]
-pub(crate) fn read(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
+pub(crate) fn read<U: Use>(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
     let (rest, message) = frame(stream).ok()?;
-    Some((message.sum(), rest))
+    Some((U::message(&message), rest))
 }

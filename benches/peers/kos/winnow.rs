@@ -1,5 +1,6 @@
 //! Parser with winnow: its combinators, and lists as vectors.
 
+use benches::decode::Use;
 use benches::traffic::Side;
 use winnow::binary::{be_f32, be_u8, be_u16, be_u32, length_take};
 use winnow::combinator::{fail, repeat, seq};
@@ -103,7 +104,7 @@ fn frame(stream: &mut &[u8]) -> ModalResult<Message> {
 }
 
 #[inline]
-pub(crate) fn read(mut stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
+pub(crate) fn read<U: Use>(mut stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
     let message = frame(&mut stream).ok()?;
-    Some((message.sum(), stream))
+    Some((U::message(&message), stream))
 }

@@ -1,5 +1,6 @@
 //! Parser with zerocopy: structs over the bytes, and borrowed lists.
 
+use benches::decode::{Sum, Use};
 use benches::traffic::Side;
 use zerocopy::big_endian::{F32, U16, U32};
 use zerocopy::{FromBytes, Immutable, KnownLayout, Unaligned};
@@ -92,7 +93,7 @@ struct Playback {
 enum Message<'a> {
     Position(&'a Place),
     Status(&'a Status, &'a [Place]),
-    Infos(&'a [Motor]),
+    Infos(u8, &'a [Motor]),
     /// Blocks with their number, which are parsed when they are iterated.
     Trajectory(u8, &'a [u8]),
 }
@@ -128,25 +129,26 @@ impl Motor {
     }
 }
 
-impl Message<'_> {
-    fn sum(&self) -> Option<u32> {
-        Some(match *self {
+impl Sum for Message<'_> {
+    #[inline]
+    fn sum(&self) -> u32 {
+        match *self {
             Self::Position(place) => place.sum(),
             Self::Status(status, places) => {
                 let fields = [status.state.into(), bits(status.elapsed), bits(status.photos), status.count.into()];
                 total(fields).wrapping_add(total(places.iter().map(Place::sum)))
             }
-            Self::Infos(motors) => total(motors.iter().map(Motor::sum)).wrapping_add(motors.len().try_into().ok()?),
+            Self::Infos(count, motors) => total(motors.iter().map(Motor::sum)).wrapping_add(count.into()),
             Self::Trajectory(count, mut blocks) => {
                 let mut sum = u32::from(count);
                 for _ in 0..count {
-                    let (number, block, rest) = block(blocks)?;
+                    let Some((number, block, rest)) = block(blocks) else { return 0 };
                     sum = total([sum, number.into(), block.sum()]);
                     blocks = rest;
                 }
                 sum
             }
-        })
+        }
     }
 }
 
@@ -184,7 +186,7 @@ fn block(blocks: &[u8]) -> Option<(u8, Block<'_>, &[u8])> {
 }
 
 #[inline]
-pub(crate) fn read(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
+pub(crate) fn read<U: Use>(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
     let (header, _) = Header::ref_from_prefix(stream).ok()?;
     let (frame, rest) = stream.split_at_checked(header.len.get().into())?;
     let (&number, data) = frame.get(6..)?.split_first()?;
@@ -195,10 +197,10 @@ pub(crate) fn read(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
             Message::Status(status, <[Place]>::ref_from_prefix_with_elems(places, status.count.into()).ok()?.0)
         }
         (VERSION, MOTOR_INFO, RESPONSE, count) => {
-            Message::Infos(<[Motor]>::ref_from_prefix_with_elems(data, count.into()).ok()?.0)
+            Message::Infos(count, <[Motor]>::ref_from_prefix_with_elems(data, count.into()).ok()?.0)
         }
         (VERSION, TRAJECTORY_DATA, RESPONSE, count) => Message::Trajectory(count, data),
         _ => return None,
     };
-    Some((message.sum()?, rest))
+    Some((U::message(&message), rest))
 }

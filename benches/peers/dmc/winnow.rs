@@ -1,5 +1,6 @@
 //! Parser with winnow: its combinators, and lists as vectors.
 
+use benches::decode::Use;
 use benches::traffic::Side;
 use motion_core::fletcher::verify;
 use winnow::binary::{le_i32, le_u8, le_u16, le_u32, length_take};
@@ -36,7 +37,7 @@ fn frame(stream: &mut &[u8], side: Side) -> ModalResult<(u32, Message)> {
 }
 
 #[inline]
-pub(crate) fn read(mut stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
+pub(crate) fn read<U: Use>(mut stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
     let (id, message) = frame(&mut stream, side).ok()?;
-    Some((message.sum().wrapping_add(id), stream))
+    Some((U::message(&message).wrapping_add(id), stream))
 }

@@ -1,5 +1,6 @@
 //! Parser with zerocopy: structs over the bytes, and borrowed lists.
 
+use benches::decode::{Sum, Use};
 use benches::traffic::Side;
 use zerocopy::little_endian::{I32, U16, U32};
 use zerocopy::{FromBytes, Immutable, KnownLayout, Unaligned};
@@ -51,7 +52,8 @@ enum Message<'a> {
     Ack(&'a Ack),
 }
 
-impl Message<'_> {
+impl Sum for Message<'_> {
+    #[inline]
     fn sum(&self) -> u32 {
         let steps = |positions: &[I32]| total(positions.iter().map(|steps| steps.get().cast_unsigned()));
         match self {
@@ -64,7 +66,7 @@ impl Message<'_> {
 }
 
 #[inline]
-pub(crate) fn read(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
+pub(crate) fn read<U: Use>(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
     let (header, _) = Header::ref_from_prefix(stream).ok().filter(|(header, _)| header.marker == *b"DF")?;
     let len = usize::from(header.len.get());
     let (bytes, rest) = sound(stream, len + 12)?;
@@ -76,5 +78,5 @@ pub(crate) fn read(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
         (Side::Device, 0x8000..) => Message::Ack(Ack::ref_from_prefix(data).ok()?.0),
         _ => return None,
     };
-    Some((message.sum().wrapping_add(header.id.get()), rest))
+    Some((U::message(&message).wrapping_add(header.id.get()), rest))
 }

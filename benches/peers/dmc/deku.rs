@@ -1,43 +1,42 @@
-//! Parser with binrw: its derive macros, lists as vectors, and no list of errors, which would take longer.
+//! Parser with deku: its derive macros, and lists as vectors.
 
-use std::io::Cursor;
-
+use benches::decode::Use;
 use benches::traffic::Side;
-use binrw::BinRead;
+use deku::prelude::*;
 
 use super::{Message, frame_len, sound};
 
-#[derive(BinRead)]
+#[derive(DekuRead)]
 #[expect(dead_code, reason = "read to reach the body")]
-#[br(little, magic = b"DF")]
+#[deku(endian = "little", magic = b"DF")]
 struct Frame {
     id: u32,
     kind: u16,
     len: u16,
-    #[br(args(kind, len))]
+    #[deku(ctx = "*kind, *len")]
     body: Body,
 }
 
-#[derive(BinRead)]
-#[br(little, return_unexpected_error, import(kind: u16, len: u16))]
+#[derive(DekuRead)]
+#[deku(endian = "endian", ctx = "endian: deku::ctx::Endian, kind: u16, len: u16", id = "kind")]
 enum Body {
-    #[br(pre_assert(kind == 0x0034))]
-    Positions {
-        move_time: i32,
-        #[br(count = len.saturating_sub(4) / 4)]
-        positions: Vec<i32>,
-    },
-    #[br(pre_assert(kind >= 0x8000))]
-    Ack { code: u16 },
-    #[br(pre_assert(kind == 0x0036))]
+    #[deku(id = "0x0036")]
     Jog { motor: u8, speed: u16, destination: i32 },
-    #[br(pre_assert(kind == 0x0101))]
+    #[deku(id = "0x0101")]
     Upload {
         motor: u8,
         start_index: u32,
-        #[br(count = len.saturating_sub(5) / 4)]
+        #[deku(count = "len.saturating_sub(5) / 4")]
         positions: Vec<i32>,
     },
+    #[deku(id = "0x0034")]
+    Positions {
+        move_time: i32,
+        #[deku(count = "len.saturating_sub(4) / 4")]
+        positions: Vec<i32>,
+    },
+    #[deku(id_pat = "0x8000..=0xffff")]
+    Ack { code: u16 },
 }
 
 impl From<Body> for Message {
@@ -53,8 +52,8 @@ impl From<Body> for Message {
 
 /// Reads one message. Each type of the mixes has one direction, so the side is not needed.
 #[inline]
-pub(crate) fn read(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
+pub(crate) fn read<U: Use>(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
     let (bytes, rest) = sound(stream, frame_len(stream)?)?;
-    let frame = Frame::read(&mut Cursor::new(bytes)).ok()?;
-    Some((Message::from(frame.body).sum().wrapping_add(frame.id), rest))
+    let (_, frame) = Frame::from_bytes((bytes, 0)).ok()?;
+    Some((U::message(&Message::from(frame.body)).wrapping_add(frame.id), rest))
 }

@@ -1,5 +1,6 @@
 //! Parser with nom: its combinators, and lists as vectors.
 
+use benches::decode::Use;
 use benches::traffic::Side;
 use nom::bytes::complete::{tag, take};
 use nom::combinator::{map, verify};
@@ -40,7 +41,7 @@ fn frame(stream: &[u8], side: Side) -> IResult<&[u8], (u32, Message)> {
 }
 
 #[inline]
-pub(crate) fn read(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
+pub(crate) fn read<U: Use>(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
     let (rest, (id, message)) = frame(stream, side).ok()?;
-    Some((message.sum().wrapping_add(id), rest))
+    Some((U::message(&message).wrapping_add(id), rest))
 }
