@@ -14,6 +14,8 @@ const FLETCHER: &str = "Fletcher-16, verify";
 const ARRAY: &str = "Fletcher-16, verify, length known to the compiler";
 const SHORT: Rows = &["12 B", "14 B", "19 B"];
 const MIXES: Rows = &["DMC upload mix", "DMC small mix", "kOS mix", "kOS small mix", "hoot"];
+const BATCHES: &str = "B1 and B3, an axis at 1 kHz in batches of 16, 992 times";
+const CURVES: Rows = &["typical", "any"];
 const WORST: Rows = &["*"];
 const FLOOD: Bounds = &[("clean", Cost(8.0))];
 
@@ -108,7 +110,21 @@ pub(crate) const TARGETS: &[Target] = &[
         "dmc-proto",
         &[("memcpy and sum", Speed(0.95)), ("bytes, BytesMut", Speed(2.2))],
     ),
-    // B1 to B3 come here.
+    target(
+        "B1",
+        BATCHES,
+        CURVES,
+        "positions",
+        &[("y alone, added up", Speed(0.6)), ("kurbo, solve_cubic", Speed(14.0))],
+    ),
+    target(
+        "B2",
+        "B2, random access, 992 times",
+        CURVES,
+        "motion-core",
+        &[("kurbo, solve_cubic", Speed(2.0)), ("bezier_easing", Speed(1.1))],
+    ),
+    target("B3", BATCHES, CURVES, "with rates", &[("positions", Cost(1.5))]),
     target("P", "instructions", &["*/slice", "*/stream", "*/lend", "*/pieces"], "default", &[("fat", Cost(1.1))]),
     target("P", "profiles", &["*/slice", "*/stream", "*/lend", "*/pieces"], "default", &[("fat", Cost(1.1))]),
 ];
