@@ -7,7 +7,7 @@ use std::hint::black_box;
 
 use motion_core::stream::{Head, Memo};
 
-use crate::ratios::{Contender, Table, contender};
+use crate::ratios::{Table, contender};
 use crate::traffic::{Mix, Protocol, Side, Tally};
 
 /// Function that reads each frame of a stream, with its side.
@@ -16,75 +16,48 @@ pub type Read = fn(&Mix) -> Tally;
 /// Name of the contender that only walks from length to length and adds up all bytes.
 pub const LIMIT: &str = "walk and touch";
 
-/// Message of a peer, whose fields can be added up.
-pub trait Sum {
-    /// Sum of all fields, modulo 2^32.
-    fn sum(&self) -> u32;
-}
-
-/// Use of a decoded message. Either part of the message is used, or all of it.
+/// Use of a decoded message, before its fields are added up.
 pub trait Use {
-    /// Uses a message of a peer.
-    fn message(message: &impl Sum) -> u32;
-
-    /// Decodes and uses a message of ours.
-    fn frame<F: Protocol>(side: Side, frame: &F::Frame<'_>) -> u32;
+    /// Uses the message, and returns it.
+    fn kept<T>(message: T) -> T;
 }
 
-/// Use of the fields of the four messages of a mix: they are added up. The optimiser may leave out what the decoders do
-/// for other messages.
+/// Use of the fields alone. The optimiser may leave out what a decoder does for messages that are not in the mix.
 pub enum Fields {}
 
-/// Use of the whole message: it is in memory, whichever message it is. So the optimiser leaves out nothing.
+/// Use of the whole message, whichever it is: it is in memory, so the optimiser leaves out nothing.
 pub enum Whole {}
 
 impl Use for Fields {
     #[inline]
-    fn message(message: &impl Sum) -> u32 {
-        message.sum()
-    }
-
-    #[inline]
-    fn frame<F: Protocol>(side: Side, frame: &F::Frame<'_>) -> u32 {
-        F::sum(side, frame)
+    fn kept<T>(message: T) -> T {
+        message
     }
 }
 
 impl Use for Whole {
     #[inline]
-    fn message(message: &impl Sum) -> u32 {
-        black_box(message);
-        0
-    }
-
-    #[inline]
-    fn frame<F: Protocol>(side: Side, frame: &F::Frame<'_>) -> u32 {
-        F::keep(side, frame);
-        0
+    fn kept<T>(message: T) -> T {
+        black_box(&message);
+        message
     }
 }
 
-/// Measures two rows for each mix: all contenders with the sums of the fields, and all with the whole messages. The
-/// former must find all values of the mix. The latter and the limit only count its messages.
+/// Measures a row for each mix, after all contenders have found all values of the mix. The limit finds no values, and
+/// counts the messages.
 ///
 /// # Panics
 ///
 /// If a contender finds other values.
-pub fn rows(
-    table: &mut Table<'_>,
-    mixes: &[(&'static str, Mix)],
-    fields: &[(&'static str, Read)],
-    whole: &[(&'static str, Read)],
-) {
+pub fn rows(table: &mut Table<'_>, mixes: &[(&'static str, Mix)], readers: &[(&'static str, Read)]) {
     for (name, mix) in mixes {
-        let reader = |&(name, read): &(&'static str, Read), counts: bool| -> Contender<'_> {
+        let reader = |&(name, read): &(&'static str, Read)| {
             let found = read(mix);
-            let value = if counts || name == LIMIT { found.value } else { mix.tally.value };
+            let value = if name == LIMIT { found.value } else { mix.tally.value };
             assert_eq!(found, Tally { value, ..mix.tally }, "{name}");
             contender(name, move || read(black_box(mix))).per(mix.tally.messages)
         };
-        table.row(name, fields.iter().map(|read| reader(read, false)).collect());
-        table.row(&format!("{name}, whole"), whole.iter().map(|read| reader(read, true)).collect());
+        table.row(name, readers.iter().map(reader).collect());
     }
 }
 
@@ -105,7 +78,7 @@ pub fn read<'a>(mix: &'a Mix, frame: impl Fn(&'a [u8], Side) -> Option<(u32, &'a
 #[must_use]
 #[inline]
 pub fn ours<F: Protocol, U: Use>(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
-    frame::<F>(stream, |frame| U::frame::<F>(side, frame))
+    frame::<F>(stream, |frame| F::sum::<U>(side, frame))
 }
 
 /// Splits a verified frame from the start, and returns what `sum` makes of it and the bytes after it.

@@ -1,42 +1,25 @@
-//! Decoding and encoding of DMC, compared with other crates.
-//!
-//! D1: frames in one slice are verified and decoded to typed messages. Each contender knows the four messages of the
-//! mixes and their directions. All verify with our checksum, so only the way from bytes to values differs. The limit is
-//! to walk from length to length and to add up all bytes.
+//! Whole messages of DMC and their encoding, compared with other crates.
 //!
 //! E1: one message is encoded to its frame. The limit is to copy a finished frame and to calculate its checksum.
 
 use std::hint::black_box;
 
-use benches::decode::{self, Fields, LIMIT, Read, Use, Whole, ours, read, touch};
+use benches::decode::{self, Whole};
 use benches::ratios::{Contender, contender};
 use benches::report::Report;
-use benches::traffic::{self, Side};
+use benches::traffic;
 use bytes::{BufMut, BytesMut};
 use dmc_proto::message::{JogSpeed, Motor, MotorJog, MotorPositions, MoveTime, RtUploadMoveAxis, StartIndex, Steps};
-use dmc_proto::{DeviceMessage, Dmc, HostMessage, MessageId};
+use dmc_proto::{DeviceMessage, HostMessage, MessageId};
 use motion_core::fixed::Scaled;
 use motion_core::fletcher::{Sum, verify};
 use motion_core::zerocopy::little_endian::I32;
 
-use crate::peers::dmc as peers;
-
-fn readers<U: Use>() -> [(&'static str, Read); 7] {
-    [
-        ("dmc-proto", |mix| read(mix, ours::<Dmc, U>)),
-        (LIMIT, |mix| read(mix, limit)),
-        ("zerocopy", |mix| read(mix, peers::zerocopy::read::<U>)),
-        ("nom", |mix| read(mix, peers::nom::read::<U>)),
-        ("winnow", |mix| read(mix, peers::winnow::read::<U>)),
-        ("deku", |mix| read(mix, peers::deku::read::<U>)),
-        ("binrw", |mix| read(mix, peers::binrw::read::<U>)),
-    ]
-}
+use crate::peers::dmc::readers;
 
 pub(crate) fn chapter(report: &mut Report) {
     let mixes = [("upload mix", traffic::dmc(true)), ("small mix", traffic::dmc(false))];
-    let mut table = report.table("DMC decode");
-    decode::rows(&mut table, &mixes, &readers::<Fields>(), &readers::<Whole>());
+    decode::rows(&mut report.table("DMC decode, whole messages"), &mixes, &readers::<Whole>());
 
     let mut table = report.table("DMC encode");
     let mut steps = (-128..128).map(|at| I32::new(at * 7_654_321));
@@ -53,11 +36,6 @@ pub(crate) fn chapter(report: &mut Report) {
         "1041 B",
         encoders(move |out| HostMessage::RtUploadMoveAxis(black_box(upload)).encode_into(MessageId(77), out)),
     );
-}
-
-#[inline]
-fn limit(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
-    touch(stream, usize::from(u16::from_le_bytes([*stream.get(8)?, *stream.get(9)?])) + 12)
 }
 
 /// Three contenders that write the same frame.

@@ -162,7 +162,9 @@ fn main() {
     mix::<dmc_proto::Dmc>("dmc/small", &traffic::dmc(false), dmc::rows);
     mix::<hoot_proto::Hoot>("hoot/mix", &traffic::hoot(), hoot::rows);
     reads("hoot/mix/query", &traffic::hoot(), |mix| {
-        read(mix, |stream, side| frame::<hoot_proto::Hoot>(stream, |frame| traffic::through_query(side, frame)))
+        read(mix, |stream, side| {
+            frame::<hoot_proto::Hoot>(stream, |frame| traffic::through_query::<Fields>(side, frame))
+        })
     });
 
     macro_rules! wakes {

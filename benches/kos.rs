@@ -1,39 +1,23 @@
-//! Decoding and encoding of kOS, compared with other crates.
-//!
-//! D2: frames in one slice are decoded to typed messages. Each contender knows the four messages of the mixes. The limit
-//! is to walk from length to length and to add up all bytes.
+//! Whole messages of kOS and their encoding, compared with other crates.
 //!
 //! E1: one message is encoded to its frame. The limit is to copy a finished frame.
 
 use std::hint::black_box;
 
-use benches::decode::{self, Fields, LIMIT, Read, Use, Whole, ours, read, touch};
+use benches::decode::{self, Whole};
 use benches::ratios::{Contender, contender};
 use benches::report::Report;
-use benches::traffic::{self, Mix, Side};
+use benches::traffic::{self, Mix};
 use bytes::{BufMut, BytesMut};
 use kos_proto::trajectory::{Block, Blocks, TrajectoryData};
 use kos_proto::{DeviceMessage, EncodeError, Kos};
 use motion_core::stream::{Framing, Head};
 
-use crate::peers::kos as peers;
-
-fn readers<U: Use>() -> [(&'static str, Read); 7] {
-    [
-        ("kos-proto", |mix| read(mix, ours::<Kos, U>)),
-        (LIMIT, |mix| read(mix, limit)),
-        ("zerocopy", |mix| read(mix, peers::zerocopy::read::<U>)),
-        ("nom", |mix| read(mix, peers::nom::read::<U>)),
-        ("winnow", |mix| read(mix, peers::winnow::read::<U>)),
-        ("deku", |mix| read(mix, peers::deku::read::<U>)),
-        ("binrw", |mix| read(mix, peers::binrw::read::<U>)),
-    ]
-}
+use crate::peers::kos::readers;
 
 pub(crate) fn chapter(report: &mut Report) {
     let mixes = [("mix", traffic::kos(true)), ("small mix", traffic::kos(false))];
-    let mut table = report.table("kOS decode");
-    decode::rows(&mut table, &mixes, &readers::<Fields>(), &readers::<Whole>());
+    decode::rows(&mut report.table("kOS decode, whole messages"), &mixes, &readers::<Whole>());
 
     let mut table = report.table("kOS encode");
     for len in [12, 32, 42, 3796] {
@@ -54,11 +38,6 @@ pub(crate) fn chapter(report: &mut Report) {
             _ => {}
         }
     }
-}
-
-#[inline]
-fn limit(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
-    touch(stream, usize::from(u16::from_be_bytes([*stream.get(1)?, *stream.get(2)?])))
 }
 
 /// First message of the mix whose frame has this length.

@@ -3,4 +3,5 @@
 pub mod decode;
 pub mod ratios;
 pub mod report;
+mod targets;
 pub mod traffic;

@@ -1,16 +1,60 @@
 //! All rows of a run, the targets that are set for some of them, and the one table that says which are met.
 
-use serde_json::json;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde_json::{Value, json};
 
 use crate::ratios::{Cell, Contender, Effort, Table};
+use crate::targets::TARGETS;
 
 /// Manifest of the benches, which pins the version of each peer.
 const MANIFEST: &str = include_str!("Cargo.toml");
 
+/// Columns of the table of the targets.
+const HEAD: [&str; 7] = ["row", "what", "ours", "peer", "ratio", "target", "met"];
+
+/// Line of the table of the targets.
+type Line = [String; 7];
+
+/// Last run of a program: whether it was quick, its targets, and all its rows.
+type Program = (bool, Vec<Line>, Vec<Value>);
+
+/// Chapter of a program: its name, and the function that measures its rows.
+pub type Chapter<'a> = (&'a str, fn(&mut Report));
+
+/// Runs the chapters of a program that the arguments name, or all of them, and prints the table of the targets.
+///
+/// `--quick` and `--test` show that everything runs, and measure nothing. `count TABLE ROW CONTENDER TIMES` repeats the
+/// work of one contender that many times, and measures nothing. The difference of two such runs under
+/// `valgrind --tool=callgrind` is the number of instructions. `tmp` is the directory `CARGO_TARGET_TMPDIR`.
+///
+/// # Panics
+///
+/// If contenders find different values, or if the report cannot be written.
+pub fn run(program: &str, tmp: &str, chapters: &[Chapter<'_>]) {
+    let (options, args): (Vec<_>, Vec<_>) = std::env::args().skip(1).partition(|arg| arg.starts_with("--"));
+    let quick = options.iter().any(|option| option == "--quick" || option == "--test");
+    let (wanted, count) = match args.iter().position(|arg| arg == "count") {
+        Some(at) => (&args[..at], args[at + 1..].first_chunk().cloned()),
+        None => (&args[..], None),
+    };
+    let mut report = Report { quick, count, rows: Vec::new() };
+    for (name, chapter) in chapters {
+        if wanted.is_empty() || wanted.iter().any(|wanted| name.contains(wanted)) {
+            chapter(&mut report);
+        }
+    }
+    if report.count.is_none() {
+        report.finish(program, &Path::new(tmp).with_file_name("ratios.json"));
+    }
+}
+
 /// All rows that were measured.
 #[derive(Debug)]
 pub struct Report {
-    effort: Effort,
+    /// Whether everything runs and nothing is measured.
+    quick: bool,
     /// The only contender that runs, if instructions are counted: its table, row, name and number of repetitions.
     count: Option<[String; 4]>,
     rows: Vec<Row>,
@@ -54,7 +98,6 @@ pub enum Bound {
 
 /// One target, and the worst row that it is for.
 struct Verdict<'a> {
-    id: &'static str,
     row: &'a Row,
     ours: &'a Cell,
     peer: Option<&'a Cell>,
@@ -63,26 +106,13 @@ struct Verdict<'a> {
 }
 
 impl Report {
-    /// Report without rows. A `quick` run measures nothing, and only shows that everything runs.
-    #[must_use]
-    pub fn new(quick: bool) -> Self {
-        Self { effort: if quick { Effort::QUICK } else { Effort::FULL }, count: None, rows: Vec::new() }
-    }
-
-    /// Report that measures nothing, and repeats the work of one contender: its table, row, name and number of
-    /// repetitions. The difference of two runs under `valgrind --tool=callgrind` is the number of instructions.
-    #[must_use]
-    pub fn counting(count: [String; 4]) -> Self {
-        Self { count: Some(count), ..Self::new(true) }
-    }
-
     /// Starts a table. Its rows become part of the report.
     pub fn table(&mut self, title: &'static str) -> Table<'_> {
         Table::new(self, title)
     }
 
     pub(crate) fn effort(&self) -> Effort {
-        self.effort
+        if self.quick { Effort::QUICK } else { Effort::FULL }
     }
 
     /// Repeats the wanted contender, if the report counts instructions. Returns whether it does.
@@ -98,33 +128,33 @@ impl Report {
         self.rows.push(row);
     }
 
-    /// Prints the table of all targets whose rows were measured, and writes all rows and targets as JSON.
-    ///
-    /// # Panics
-    ///
-    /// If the file cannot be written.
-    pub fn finish(&self, targets: &[Target], file: &std::path::Path) {
-        if self.count.is_some() {
-            return;
-        }
+    /// Adds rows and targets to the JSON file of all programs, and prints one table of their targets.
+    fn finish(&self, program: &str, file: &Path) {
         let mut verdicts = Vec::new();
-        for target in targets.iter().filter(|target| self.rows.iter().any(|row| row.table == target.table)) {
+        for target in TARGETS.iter().filter(|target| self.rows.iter().any(|row| row.table == target.table)) {
             for label in target.rows {
                 for &(peer, bound) in target.bounds {
                     match self.verdict(target, label, peer, bound) {
-                        Some(verdict) => verdicts.push(verdict),
+                        Some(verdict) => verdicts.push(verdict.line(target.id)),
                         None => println!("not measured: {}, {label}, {}, {peer}", target.id, target.ours),
                     }
                 }
             }
         }
-        print(&verdicts);
-        let json = json!({
-            "targets": verdicts.iter().map(Verdict::json).collect::<Vec<_>>(),
-            "rows": self.rows.iter().map(Row::json).collect::<Vec<_>>(),
-        });
-        std::fs::write(file, format!("{json:#}\n")).expect("the report can be written");
+        let rows: Vec<_> = self.rows.iter().map(Row::json).collect();
+        let mut all: BTreeMap<String, Program> =
+            std::fs::read(file).ok().and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default();
+        all.retain(|_, (quick, ..)| *quick == self.quick);
+        all.insert(program.into(), (self.quick, verdicts, rows));
+        let text = serde_json::to_string_pretty(&all).expect("strings and numbers are JSON");
+        std::fs::write(file, text + "\n").expect("the report can be written");
+        let mut lines: Vec<_> = all.into_values().flat_map(|(_, lines, _)| lines).collect();
+        lines.sort_by(|a, b| a[0].cmp(&b[0]));
+        print(lines);
         println!("\nAll rows and targets as JSON: {}", file.display());
+        if self.quick {
+            println!("This was a quick run: everything runs, but the numbers say nothing.");
+        }
     }
 
     /// Worst of the rows that a target is for.
@@ -142,7 +172,7 @@ impl Report {
                 (Some(peer), Bound::Cost(_)) => ours.over(peer),
                 (Some(peer), _) => peer.over(ours),
             };
-            Some(Verdict { id: target.id, row, ours, peer, ratio, bound })
+            Some(Verdict { row, ours, peer, ratio, bound })
         });
         verdicts.max_by(|a, b| a.badness().total_cmp(&b.badness()))
     }
@@ -153,7 +183,7 @@ impl Row {
         self.cells.iter().find(|cell| cell.name == name)
     }
 
-    fn json(&self) -> serde_json::Value {
+    fn json(&self) -> Value {
         let cells = self.cells.iter().map(|cell| json!({ "name": versioned(cell.name), "median": cell.value() }));
         json!({ "table": self.table, "row": self.label, "contenders": cells.collect::<Vec<_>>() })
     }
@@ -185,10 +215,10 @@ impl Verdict<'_> {
         }
     }
 
-    fn line(&self) -> [String; 7] {
+    fn line(&self, id: &str) -> Line {
         let number = |cell: &Cell| format!("{}: {:.2}{}", versioned(cell.name), cell.value(), self.row.unit);
         [
-            self.id.into(),
+            id.into(),
             format!("{}, {}", self.row.table, self.row.label),
             number(self.ours),
             self.peer.map(number).unwrap_or_default(),
@@ -197,16 +227,10 @@ impl Verdict<'_> {
             self.met(),
         ]
     }
-
-    fn json(&self) -> serde_json::Value {
-        let [id, what, ours, peer, _, target, met] = self.line();
-        json!({ "id": id, "what": what, "ours": ours, "peer": peer, "ratio": self.ratio, "target": target, "met": met })
-    }
 }
 
-fn print(verdicts: &[Verdict<'_>]) {
-    let head = ["row", "what", "ours", "peer", "ratio", "target", "met"].map(String::from);
-    let lines: Vec<_> = std::iter::once(head).chain(verdicts.iter().map(Verdict::line)).collect();
+fn print(mut lines: Vec<Line>) {
+    lines.insert(0, HEAD.map(String::from));
     let widths: [usize; 7] = std::array::from_fn(|at| lines.iter().map(|line| line[at].len()).max().unwrap_or(0));
     println!();
     for (number, line) in lines.iter().enumerate() {

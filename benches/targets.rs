@@ -1,7 +1,7 @@
 //! Targets of speed, in the order of the table.
 
-use benches::report::Bound::{self, Cost, Shown, Speed};
-use benches::report::Target;
+use crate::report::Bound::{self, Cost, Shown, Speed};
+use crate::report::Target;
 
 type Bounds = &'static [(&'static str, Bound)];
 type Rows = &'static [&'static str];
@@ -67,10 +67,10 @@ pub(crate) const TARGETS: &[Target] = &[
         "D3",
         "hoot decode",
         &["mix"],
-        "query",
+        "hoot-proto",
         &[("binrw", Speed(10.0)), ("zerocopy", Shown), ("nom", Shown), ("walk and touch", Shown)],
     ),
-    target("D3", "hoot decode", &["mix"], "Reply::value", &[("binrw", Speed(10.0))]),
+    target("D3", "hoot decode by Reply::value", &["mix"], "Reply::value", &[("binrw", Speed(10.0))]),
     target("D3", "instructions", &["hoot/mix/query"], "fat", &[("", Cost(44.0))]),
     target("D3", "instructions", &["hoot/mix/slice"], "fat", &[("", Cost(60.0))]),
     target(

@@ -9,7 +9,9 @@ mod hoot;
 mod kos;
 
 use motion_core::stream::Framing;
-use motion_core::wire::{EncodeError, FieldView, Fields, Value};
+use motion_core::wire::{self, EncodeError, FieldView, Value};
+
+use crate::decode::{Fields, Use};
 
 pub use dmc::dmc;
 pub use hoot::{hoot, through_query};
@@ -27,10 +29,7 @@ pub enum Side {
 /// Protocol whose messages can be decoded and added up.
 pub trait Protocol: Framing + 'static {
     /// Sum of all fields of a message, modulo 2^32.
-    fn sum(side: Side, frame: &Self::Frame<'_>) -> u32;
-
-    /// Decodes a message and keeps it from the optimiser.
-    fn keep(side: Side, frame: &Self::Frame<'_>);
+    fn sum<U: Use>(side: Side, frame: &Self::Frame<'_>) -> u32;
 }
 
 /// Result of reading a stream.
@@ -73,7 +72,7 @@ impl Mix {
     fn put(
         &mut self,
         side: Side,
-        message: &impl Fields,
+        message: &impl wire::Fields,
         extra: u32,
         encode: impl FnOnce(&mut [u8]) -> Result<usize, EncodeError>,
     ) {
@@ -98,12 +97,12 @@ impl Reader<'_> {
     #[inline]
     pub fn frame<F: Protocol>(&mut self, frame: &F::Frame<'_>) {
         let side = self.sides.next().copied().unwrap_or(Side::Host);
-        self.tally.add(F::sum(side, frame));
+        self.tally.add(F::sum::<Fields>(side, frame));
     }
 }
 
 /// Sum of all fields, calculated slowly and without a decoder.
-fn sum_of(message: &dyn Fields) -> u32 {
+fn sum_of(message: &dyn wire::Fields) -> u32 {
     let mut sum = 0_u32;
     message.fields(&mut |field: &FieldView<'_>| sum = sum.wrapping_add(raw(field.value)));
     sum

@@ -2,11 +2,29 @@
 //!
 //! All parsers check the break, the length and the address of a packet. In a position they check the type of the value.
 
-use benches::decode::Sum;
+use benches::decode::{LIMIT, Read, Use, frame, read, touch};
+use benches::traffic::{Side, through_query};
+use hoot_proto::Hoot;
 
 const BREAK: [u8; 6] = [0, 0, 0, 0, 0, 0xFF];
 /// Type of a value that is a signed number of 32 bits.
 const LONG: u8 = 3;
+
+/// Contenders for frames in one slice.
+pub(crate) fn readers<U: Use>() -> [(&'static str, Read); 5] {
+    [
+        ("hoot-proto", |mix| read(mix, |stream, side| frame::<Hoot>(stream, |frame| through_query::<U>(side, frame)))),
+        (LIMIT, |mix| read(mix, limit)),
+        ("zerocopy", |mix| read(mix, zerocopy::read::<U>)),
+        ("nom", |mix| read(mix, nom::read::<U>)),
+        ("binrw", |mix| read(mix, binrw::read::<U>)),
+    ]
+}
+
+#[inline]
+fn limit(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
+    touch(stream, usize::from(*stream.get(9)?) + 10)
+}
 
 /// Message of the mix, with copied values.
 enum Message {
@@ -16,9 +34,8 @@ enum Message {
     Ack { code: u8 },
 }
 
-impl Sum for Message {
+impl Message {
     /// Sum of all fields and of the type of the value.
-    #[inline]
     fn sum(&self) -> u32 {
         match *self {
             Self::Move { motor, direction, steps } => total([motor.into(), direction.into(), steps]),
@@ -83,7 +100,7 @@ pub(crate) mod zerocopy {
             }
             _ => return None,
         };
-        Some((U::message(&message), rest))
+        Some((U::kept(message).sum(), rest))
     }
 }
 
@@ -127,7 +144,7 @@ pub(crate) mod nom {
     #[inline]
     pub(crate) fn read<U: Use>(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
         let (rest, message) = frame(stream, side).ok()?;
-        Some((U::message(&message), rest))
+        Some((U::kept(message).sum(), rest))
     }
 }
 
@@ -181,6 +198,6 @@ pub(crate) mod binrw {
     pub(crate) fn read<U: Use>(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
         let mut cursor = Cursor::new(stream);
         let message = Message::from(Frame::read_args(&mut cursor, (side,)).ok()?);
-        Some((U::message(&message), stream.get(usize::try_from(cursor.position()).ok()?..)?))
+        Some((U::kept(message).sum(), stream.get(usize::try_from(cursor.position()).ok()?..)?))
     }
 }

@@ -1,14 +1,14 @@
 //! Mixes of DMC.
 
-use std::array;
-use std::hint::black_box;
-
 use dmc_proto::message::{
     Ack, AckCode, JogSpeed, Motor, MotorJog, MotorPositions, MoveTime, RtUploadMoveAxis, StartIndex, Steps,
 };
 use dmc_proto::{DeviceMessage, Dmc, Frame, HostMessage, MessageId, MessageType};
 use motion_core::fixed::Scaled;
 use motion_core::zerocopy::little_endian::I32;
+use std::array;
+
+use crate::decode::Use;
 
 use super::{Mix, Protocol, Rng, SEED, Side, bytes, total};
 
@@ -51,10 +51,10 @@ pub fn dmc(uploads: bool) -> Mix {
 
 impl<const CAP: usize> Protocol for Dmc<CAP> {
     #[inline]
-    fn sum(side: Side, frame: &Frame<'_>) -> u32 {
+    fn sum<U: Use>(side: Side, frame: &Frame<'_>) -> u32 {
         let steps = |list: &[I32]| total(list.iter().map(|steps| steps.get().cast_unsigned()));
         let fields = match side {
-            Side::Host => match HostMessage::decode(frame) {
+            Side::Host => match U::kept(HostMessage::decode(frame)) {
                 Ok(HostMessage::MotorJog(MotorJog { motor, speed, destination, tail })) => {
                     total([motor.0.into(), speed.0.0.into(), destination.0.cast_unsigned(), bytes(tail)])
                 }
@@ -63,7 +63,7 @@ impl<const CAP: usize> Protocol for Dmc<CAP> {
                 }
                 _ => 0,
             },
-            Side::Device => match DeviceMessage::decode(frame) {
+            Side::Device => match U::kept(DeviceMessage::decode(frame)) {
                 Ok(DeviceMessage::MotorGetPosition(MotorPositions { move_time, positions, tail })) => {
                     total([move_time.0.0.cast_unsigned(), steps(positions), bytes(tail)])
                 }
@@ -74,13 +74,5 @@ impl<const CAP: usize> Protocol for Dmc<CAP> {
             },
         };
         fields.wrapping_add(frame.id().0)
-    }
-
-    #[inline]
-    fn keep(side: Side, frame: &Frame<'_>) {
-        match side {
-            Side::Host => _ = black_box(&HostMessage::decode(frame)),
-            Side::Device => _ = black_box(&DeviceMessage::decode(frame)),
-        }
     }
 }

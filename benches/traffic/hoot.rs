@@ -1,11 +1,11 @@
 //! Mix of hoot.
 
-use std::hint::black_box;
-
 use hoot_proto::message::{
     Direction, Motor, MotorMove, MotorPosition, Reply, ResponseCode, StepCount, Value, ValueType,
 };
 use hoot_proto::{Address, DeviceMessage, Frame, Hoot, HostMessage, Query as _};
+
+use crate::decode::Use;
 
 use super::{Mix, Protocol, Rng, SEED, Side, bytes, total};
 
@@ -40,32 +40,19 @@ pub fn hoot() -> Mix {
 
 impl<const CAP: usize> Protocol for Hoot<CAP> {
     #[inline]
-    fn sum(side: Side, frame: &Frame<'_>) -> u32 {
+    fn sum<U: Use>(side: Side, frame: &Frame<'_>) -> u32 {
         match side {
-            Side::Host => match HostMessage::decode(frame) {
+            Side::Host => match U::kept(HostMessage::decode(frame)) {
                 HostMessage::MotorMove(MotorMove { motor, direction, steps }) => {
                     total([motor.get().into(), direction.0.into(), steps.0])
                 }
                 HostMessage::MotorPosition(query) => query.motor.get().into(),
                 _ => 0,
             },
-            Side::Device => match DeviceMessage::decode(frame) {
-                DeviceMessage::Reply(reply) => total([reply.code.0.into(), sum_of_answer(&reply)]),
+            Side::Device => match U::kept(DeviceMessage::decode(frame)) {
+                DeviceMessage::Reply(reply) => total([reply.code.0.into(), sum_of_answer::<U>(&reply)]),
                 _ => 0,
             },
-        }
-    }
-
-    #[inline]
-    fn keep(side: Side, frame: &Frame<'_>) {
-        match side {
-            Side::Host => _ = black_box(&HostMessage::decode(frame)),
-            Side::Device => {
-                let message = DeviceMessage::decode(frame);
-                if let DeviceMessage::Reply(reply) = black_box(&message) {
-                    black_box(&reply.value());
-                }
-            }
         }
     }
 }
@@ -74,22 +61,22 @@ impl<const CAP: usize> Protocol for Hoot<CAP> {
 /// query, and its motor changes nothing.
 #[inline]
 #[must_use]
-pub fn through_query(side: Side, frame: &Frame<'_>) -> u32 {
+pub fn through_query<U: Use>(side: Side, frame: &Frame<'_>) -> u32 {
     if side == Side::Host {
-        return <Hoot as Protocol>::sum(side, frame);
+        return <Hoot as Protocol>::sum::<U>(side, frame);
     }
-    let DeviceMessage::Reply(reply) = DeviceMessage::decode(frame) else { return 0 };
+    let DeviceMessage::Reply(reply) = U::kept(DeviceMessage::decode(frame)) else { return 0 };
     let code = u32::from(reply.code.0);
     if reply.data.is_empty() {
         return code;
     }
-    let Ok(position) = (MotorPosition { motor: Motor::One }).decode_reply(reply) else { return 0 };
+    let Ok(position) = U::kept((MotorPosition { motor: Motor::One }).decode_reply(reply)) else { return 0 };
     total([code, position.value_type().0.into(), position.value.0.cast_unsigned()])
 }
 
 #[inline]
-fn sum_of_answer(reply: &Reply<'_>) -> u32 {
-    match reply.value() {
+fn sum_of_answer<U: Use>(reply: &Reply<'_>) -> u32 {
+    match U::kept(reply.value()) {
         Some(value @ Value::Long(steps)) => u32::from(value.value_type().0).wrapping_add(steps.cast_unsigned()),
         Some(_) => 0,
         None => bytes(reply.data),

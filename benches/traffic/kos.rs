@@ -1,8 +1,5 @@
 //! Mixes of kOS.
 
-use std::array;
-use std::hint::black_box;
-
 use kos_proto::message::{
     MotorAddress, MotorEntry, MotorInfo, MotorInfos, MotorPlace, MotorPosition, Normalized, Photos, PlaybackState,
     PlaybackStatus, Rotations, RotationsPerSecond, RotationsPerSecondSquared, Seconds,
@@ -10,6 +7,9 @@ use kos_proto::message::{
 use kos_proto::trajectory::{Axis, Block, Blocks, Point, Points, Segment, TrajectoryData};
 use kos_proto::{DeviceMessage, Frame, Kos};
 use motion_core::wire::Messages;
+use std::array;
+
+use crate::decode::Use;
 
 use super::{Mix, Protocol, Rng, SEED, Side, bytes, count, total};
 
@@ -72,8 +72,8 @@ fn move_of_5(rng: &mut Rng) -> Vec<Block<'static>> {
 
 impl<const CAP: usize> Protocol for Kos<CAP> {
     #[inline]
-    fn sum(_: Side, frame: &Frame<'_>) -> u32 {
-        match DeviceMessage::decode(frame) {
+    fn sum<U: Use>(_: Side, frame: &Frame<'_>) -> u32 {
+        match U::kept(DeviceMessage::decode(frame)) {
             Ok(DeviceMessage::MotorPosition(MotorPosition { motor_address, position, tail })) => {
                 total([motor_address.0.into(), position.0.to_bits(), bytes(tail)])
             }
@@ -106,11 +106,6 @@ impl<const CAP: usize> Protocol for Kos<CAP> {
             }
             _ => 0,
         }
-    }
-
-    #[inline]
-    fn keep(_: Side, frame: &Frame<'_>) {
-        black_box(&DeviceMessage::decode(frame));
     }
 }
 

@@ -55,5 +55,5 @@ impl From<Body> for Message {
 pub(crate) fn read<U: Use>(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
     let (bytes, rest) = sound(stream, frame_len(stream)?)?;
     let (_, frame) = Frame::from_bytes((bytes, 0)).ok()?;
-    Some((U::message(&Message::from(frame.body)).wrapping_add(frame.id), rest))
+    Some((U::kept(Message::from(frame.body)).sum().wrapping_add(frame.id), rest))
 }

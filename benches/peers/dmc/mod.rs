@@ -8,8 +8,28 @@ pub(crate) mod nom;
 pub(crate) mod winnow;
 pub(crate) mod zerocopy;
 
-use benches::decode::Sum;
+use benches::decode::{LIMIT, Read, Use, ours, read, touch};
+use benches::traffic::Side;
+use dmc_proto::Dmc;
 use motion_core::fletcher::verify;
+
+/// Contenders for frames in one slice.
+pub(crate) fn readers<U: Use>() -> [(&'static str, Read); 7] {
+    [
+        ("dmc-proto", |mix| read(mix, ours::<Dmc, U>)),
+        (LIMIT, |mix| read(mix, limit)),
+        ("zerocopy", |mix| read(mix, zerocopy::read::<U>)),
+        ("nom", |mix| read(mix, nom::read::<U>)),
+        ("winnow", |mix| read(mix, winnow::read::<U>)),
+        ("deku", |mix| read(mix, deku::read::<U>)),
+        ("binrw", |mix| read(mix, binrw::read::<U>)),
+    ]
+}
+
+#[inline]
+fn limit(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
+    touch(stream, usize::from(u16::from_le_bytes([*stream.get(8)?, *stream.get(9)?])) + 12)
+}
 
 /// Message of the mixes that owns its lists.
 pub(crate) enum Message {
@@ -19,9 +39,9 @@ pub(crate) enum Message {
     Ack { code: u16 },
 }
 
-impl Sum for Message {
-    #[inline]
-    fn sum(&self) -> u32 {
+impl Message {
+    /// Sum of all fields.
+    pub(crate) fn sum(&self) -> u32 {
         match self {
             Self::Jog { motor, speed, destination } => {
                 total([(*motor).into(), (*speed).into(), destination.cast_unsigned()])

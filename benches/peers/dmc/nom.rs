@@ -43,5 +43,5 @@ fn frame(stream: &[u8], side: Side) -> IResult<&[u8], (u32, Message)> {
 #[inline]
 pub(crate) fn read<U: Use>(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
     let (rest, (id, message)) = frame(stream, side).ok()?;
-    Some((U::message(&message).wrapping_add(id), rest))
+    Some((U::kept(message).sum().wrapping_add(id), rest))
 }

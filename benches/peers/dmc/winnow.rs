@@ -39,5 +39,5 @@ fn frame(stream: &mut &[u8], side: Side) -> ModalResult<(u32, Message)> {
 #[inline]
 pub(crate) fn read<U: Use>(mut stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
     let (id, message) = frame(&mut stream, side).ok()?;
-    Some((U::message(&message).wrapping_add(id), stream))
+    Some((U::kept(message).sum().wrapping_add(id), stream))
 }

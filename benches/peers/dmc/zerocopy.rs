@@ -1,6 +1,6 @@
 //! Parser with zerocopy: structs over the bytes, and borrowed lists.
 
-use benches::decode::{Sum, Use};
+use benches::decode::Use;
 use benches::traffic::Side;
 use zerocopy::little_endian::{I32, U16, U32};
 use zerocopy::{FromBytes, Immutable, KnownLayout, Unaligned};
@@ -52,8 +52,7 @@ enum Message<'a> {
     Ack(&'a Ack),
 }
 
-impl Sum for Message<'_> {
-    #[inline]
+impl Message<'_> {
     fn sum(&self) -> u32 {
         let steps = |positions: &[I32]| total(positions.iter().map(|steps| steps.get().cast_unsigned()));
         match self {
@@ -78,5 +77,5 @@ pub(crate) fn read<U: Use>(stream: &[u8], side: Side) -> Option<(u32, &[u8])> {
         (Side::Device, 0x8000..) => Message::Ack(Ack::ref_from_prefix(data).ok()?.0),
         _ => return None,
     };
-    Some((U::message(&message).wrapping_add(header.id.get()), rest))
+    Some((U::kept(message).sum().wrapping_add(header.id.get()), rest))
 }

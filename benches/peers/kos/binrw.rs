@@ -24,5 +24,5 @@ struct Frame {
 pub(crate) fn read<U: Use>(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
     let (bytes, rest) = split(stream)?;
     let frame = Frame::read(&mut Cursor::new(bytes)).ok()?;
-    Some((U::message(&frame.body), rest))
+    Some((U::kept(frame.body).sum(), rest))
 }

@@ -1,6 +1,5 @@
 //! Messages of the mixes as values, which are read by derive macros or made by hand.
 
-use benches::decode::Sum;
 use binrw::BinRead;
 use deku::prelude::*;
 
@@ -111,9 +110,9 @@ pub(super) enum Body {
     },
 }
 
-impl Sum for Message {
-    #[inline]
-    fn sum(&self) -> u32 {
+impl Message {
+    /// Sum of all fields.
+    pub(super) fn sum(&self) -> u32 {
         match self {
             Self::Position(place) => place.sum(),
             Self::Status { state, elapsed, photos, count, places } => {

@@ -10,6 +10,10 @@ pub(crate) mod nom;
 pub(crate) mod winnow;
 pub(crate) mod zerocopy;
 
+use benches::decode::{LIMIT, Read, Use, ours, read, touch};
+use benches::traffic::Side;
+use kos_proto::Kos;
+
 const VERSION: u8 = 4;
 const RESPONSE: u8 = 2;
 const MOTOR_INFO: u16 = 0x000B;
@@ -17,6 +21,24 @@ const TRAJECTORY_DATA: u16 = 0x0012;
 const NOTIFICATION: u16 = 0x0081;
 const PLAYBACK_STATUS: u8 = 0x02;
 const MOTOR_POSITION: u8 = 0x07;
+
+/// Contenders for frames in one slice.
+pub(crate) fn readers<U: Use>() -> [(&'static str, Read); 7] {
+    [
+        ("kos-proto", |mix| read(mix, ours::<Kos, U>)),
+        (LIMIT, |mix| read(mix, limit)),
+        ("zerocopy", |mix| read(mix, zerocopy::read::<U>)),
+        ("nom", |mix| read(mix, nom::read::<U>)),
+        ("winnow", |mix| read(mix, winnow::read::<U>)),
+        ("deku", |mix| read(mix, deku::read::<U>)),
+        ("binrw", |mix| read(mix, binrw::read::<U>)),
+    ]
+}
+
+#[inline]
+fn limit(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
+    touch(stream, usize::from(u16::from_be_bytes([*stream.get(1)?, *stream.get(2)?])))
+}
 
 /// Splits a frame from the start, for parsers that read a message from its own bytes. Returns it and the rest.
 fn split(stream: &[u8]) -> Option<(&[u8], &[u8])> {

@@ -137,5 +137,5 @@ fn frame(stream: &[u8]) -> IResult<&[u8], Message> {
 #[inline]
 pub(crate) fn read<U: Use>(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
     let (rest, message) = frame(stream).ok()?;
-    Some((U::message(&message), rest))
+    Some((U::kept(message).sum(), rest))
 }

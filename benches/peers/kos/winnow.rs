@@ -106,5 +106,5 @@ fn frame(stream: &mut &[u8]) -> ModalResult<Message> {
 #[inline]
 pub(crate) fn read<U: Use>(mut stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
     let message = frame(&mut stream).ok()?;
-    Some((U::message(&message), stream))
+    Some((U::kept(message).sum(), stream))
 }

@@ -1,6 +1,6 @@
 //! Parser with zerocopy: structs over the bytes, and borrowed lists.
 
-use benches::decode::{Sum, Use};
+use benches::decode::Use;
 use benches::traffic::Side;
 use zerocopy::big_endian::{F32, U16, U32};
 use zerocopy::{FromBytes, Immutable, KnownLayout, Unaligned};
@@ -129,8 +129,7 @@ impl Motor {
     }
 }
 
-impl Sum for Message<'_> {
-    #[inline]
+impl Message<'_> {
     fn sum(&self) -> u32 {
         match *self {
             Self::Position(place) => place.sum(),
@@ -202,5 +201,5 @@ pub(crate) fn read<U: Use>(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
         (VERSION, TRAJECTORY_DATA, RESPONSE, count) => Message::Trajectory(count, data),
         _ => return None,
     };
-    Some((U::message(&message), rest))
+    Some((U::kept(message).sum(), rest))
 }
