@@ -37,12 +37,9 @@ fn stream<F: Protocol, const N: usize>(criterion: &mut Criterion, name: &str, mi
                 let mut reader = mix.reader();
                 for mut piece in black_box(&mix.bytes).chunks(cut) {
                     let frames = black_box(&mut *frames);
-                    while !piece.is_empty() {
-                        piece = &piece[frames.push(piece)..];
-                        while let Some(item) = frames.next() {
-                            if let Item::Frame(frame) = item {
-                                reader.frame::<F>(&frame);
-                            }
+                    while let Some(item) = frames.next_from(&mut piece) {
+                        if let Item::Frame(frame) = item {
+                            reader.frame::<F>(&frame);
                         }
                     }
                 }

@@ -7,21 +7,21 @@ use std::hint::black_box;
 
 use benches::ratios::{Contender, contender};
 use benches::report::Report;
-use benches::traffic::{self, Mix};
+use benches::traffic::{self, Mix, Tally};
 use dmc_proto::{Dmc, MessageId, MessageType};
 use motion_core::fletcher;
-use motion_core::stream::{Frames, Item};
+use motion_core::stream::{Frames, Framing as _, Item};
 
-use crate::stream::read_pushed;
+use crate::stream::{Read, read_lent, read_pushed};
 
 const PIECES: [(&str, usize); 3] =
     [("floods, pieces of 64 KiB", 65_536), ("floods, pieces of 64 B", 64), ("floods, pieces of 1 B", 1)];
 
-/// Bytes of a flood, and the offsets and lengths of the frames in it.
+/// Bytes of a flood, and the tally of the frames in it.
 struct Flood {
     name: &'static str,
     bytes: Vec<u8>,
-    frames: Vec<(usize, usize)>,
+    tally: Tally,
 }
 
 pub(crate) fn chapter(report: &mut Report) {
@@ -32,14 +32,15 @@ pub(crate) fn chapter(report: &mut Report) {
     let mut table = report.table("floods, work for each byte");
     for (name, unit) in units(2048) {
         for (_, cut) in PIECES {
-            table.numbers(&format!("{name}, pieces of {cut} B"), &works::<2048, 4096>(&unit, len, cut));
+            table.numbers(&format!("{name}, next_from, {cut} B"), &works(read_lent::<Dmc, 4096>, &unit, len, cut));
+            table.numbers(&format!("{name}, push, {cut} B"), &works(read_pushed::<Dmc, 4096>, &unit, len, cut));
         }
     }
     let [once, twice, four] = [1, 2, 4].map(|times| floods(2048, len * times));
     let mut table = report.table("floods, longer and longer");
     for ((once, twice), four) in once.iter().zip(&twice).zip(&four) {
         let lengths = [("n", once), ("2 n", twice), ("4 n", four)];
-        table.row(once.name, lengths.map(|(name, flood)| flooded::<2048, 4096>(name, flood, 65_536)).into());
+        table.row(once.name, lengths.map(|(name, flood)| flooded(name, read_lent::<Dmc, 4096>, flood, 65_536)).into());
     }
     let (short, full) = (floods(1048, len), floods(65_547, len));
     for (piece, cut) in PIECES {
@@ -47,9 +48,10 @@ pub(crate) fn chapter(report: &mut Report) {
         for ((short, once), full) in short.iter().zip(&once).zip(&full) {
             let contenders = vec![
                 clean(&mix, cut),
-                flooded::<1048, 2096>("limit 1048", short, cut),
-                flooded::<2048, 4096>("limit 2048", once, cut),
-                flooded::<65_547, 131_094>("limit 65547", full, cut),
+                flooded("limit 2048", read_lent::<Dmc, 4096>, once, cut),
+                flooded("limit 2048, push", read_pushed::<Dmc, 4096>, once, cut),
+                flooded("limit 1048", read_lent::<Dmc<1048>, 2096>, short, cut),
+                flooded("limit 65547", read_lent::<Dmc<65_547>, 131_094>, full, cut),
             ];
             table.row(once.name, contenders);
         }
@@ -57,10 +59,10 @@ pub(crate) fn chapter(report: &mut Report) {
 }
 
 /// Work for each byte of a flood of `len` bytes, and of one twice and four times as long.
-fn works<const CAP: usize, const N: usize>(unit: &[u8], len: usize, cut: usize) -> [(&'static str, f64); 3] {
+fn works<const N: usize>(read: Read<Dmc, N>, unit: &[u8], len: usize, cut: usize) -> [(&'static str, f64); 3] {
     [("n", len), ("2 n", 2 * len), ("4 n", 4 * len)].map(|(name, len)| {
-        let mut frames = Box::new(Frames::<Dmc<CAP>, N>::new());
-        read_pushed(&mut frames, &cycle(unit, len), cut, Mix::default().reader());
+        let mut frames = Box::new(Frames::new());
+        read(&mut frames, &cycle(unit, len), cut, Mix::default().reader());
         let [work, len] = [frames.work(), len].map(|number| f64::from(u32::try_from(number).expect("32 bits")));
         (name, work / len)
     })
@@ -73,19 +75,33 @@ fn clean(mix: &Mix, cut: usize) -> Contender<'_> {
 }
 
 /// Contender that finds all frames of a flood.
-fn flooded<'a, const CAP: usize, const N: usize>(name: &'static str, flood: &'a Flood, cut: usize) -> Contender<'a> {
-    let mut frames = Box::new(Frames::<Dmc<CAP>, N>::new());
-    assert_eq!(found(&mut frames, &flood.bytes, cut), flood.frames, "{name}, {}", flood.name);
-    let read = move || read_pushed(&mut frames, black_box(&flood.bytes), cut, Mix::default().reader());
-    contender(name, read).per(flood.bytes.len())
+fn flooded<'a, const CAP: usize, const N: usize>(
+    name: &'static str,
+    read: Read<Dmc<CAP>, N>,
+    flood: &'a Flood,
+    cut: usize,
+) -> Contender<'a> {
+    let mut frames = Box::new(Frames::new());
+    let mix = Mix::default();
+    let mut reader = mix.reader();
+    reader.tally = read(&mut frames, &flood.bytes, cut, mix.reader());
+    frames.gap();
+    while let Some(item) = frames.next() {
+        if let Item::Frame(frame) = item {
+            reader.frame::<Dmc<CAP>>(&frame);
+        }
+    }
+    assert_eq!(reader.tally, flood.tally, "{name}, {}", flood.name);
+    let work = move || read(&mut frames, black_box(&flood.bytes), cut, Mix::default().reader());
+    contender(name, work).per(flood.bytes.len())
 }
 
 /// Expensive streams of `len` bytes each, for frames of up to `cap` bytes.
 fn floods(cap: usize, len: usize) -> [Flood; 16] {
     units(cap).map(|(name, unit)| {
         let bytes = cycle(&unit, len);
-        let frames = rescan(&bytes, cap);
-        Flood { name, bytes, frames }
+        let tally = rescan(&bytes, cap);
+        Flood { name, bytes, tally }
     })
 }
 
@@ -93,45 +109,21 @@ fn cycle(unit: &[u8], len: usize) -> Vec<u8> {
     unit.iter().copied().cycle().take(len).collect()
 }
 
-/// Offsets and lengths of the frames that a stream finds.
-fn found<const CAP: usize, const N: usize>(
-    frames: &mut Frames<Dmc<CAP>, N>,
-    stream: &[u8],
-    cut: usize,
-) -> Vec<(usize, usize)> {
-    let (mut at, mut found) = (0, Vec::new());
-    for mut piece in stream.chunks(cut) {
-        let last = piece.as_ptr_range().end == stream.as_ptr_range().end;
-        while !piece.is_empty() {
-            let taken = frames.push(piece);
-            piece = &piece[taken..];
-            if last && piece.is_empty() {
-                frames.gap();
-            }
-            while let Some(item) = frames.next() {
-                let len = item.bytes().len();
-                if matches!(item, Item::Frame(_)) {
-                    found.push((at, len));
-                }
-                at += len;
-            }
-        }
-    }
-    assert_eq!(at, stream.len(), "every byte is part of an item");
-    found
-}
-
-/// Offsets and lengths of the frames, found by a search from each byte in turn.
-fn rescan(stream: &[u8], cap: usize) -> Vec<(usize, usize)> {
-    let (mut at, mut found) = (0, Vec::new());
+/// Tally of the frames, found by a search from each byte in turn.
+fn rescan(stream: &[u8], cap: usize) -> Tally {
+    let (mut at, mix) = (0, Mix::default());
+    let mut reader = mix.reader();
     while let Some(rest) = stream.get(at..).filter(|rest| rest.len() >= 12) {
         let len = 12 + usize::from(u16::from_le_bytes([rest[8], rest[9]]));
-        let frame = rest.get(..len).filter(|_| len <= cap && rest.starts_with(b"DF"));
-        let sound = frame.is_some_and(fletcher::verify);
-        found.extend(sound.then_some((at, len)));
-        at += if sound { len } else { 1 };
+        let bytes = rest.get(..len).filter(|_| len <= cap && rest.starts_with(b"DF"));
+        if let Some(frame) = bytes.filter(|bytes| fletcher::verify(bytes)).and_then(Dmc::<65_547>::frame) {
+            reader.frame::<Dmc<65_547>>(&frame);
+            at += len;
+        } else {
+            at += 1;
+        }
     }
-    found
+    reader.tally
 }
 
 /// Bytes that make an expensive stream when they are repeated, for frames of up to `cap` bytes.

@@ -10,7 +10,9 @@
 //! - `slice`: frames in one slice are found, verified and decoded, and all fields of each message are added up.
 //! - `query`: as `slice`, and each reply of hoot is read through the query that it answers.
 //! - `decode`: a slice that is one frame is decoded to a typed message.
-//! - `stream`: a stream in one piece is read through `Frames` and decoded to typed messages.
+//! - `stream`: all bytes of a stream are pushed into the buffer of `Frames`, and the frames are decoded to typed messages.
+//! - `lend`: a stream in pieces of 64 KiB lends its frames, which are decoded to typed messages.
+//! - `pieces`: as `lend`, in pieces of 64 B.
 //! - `encode`: a typed message is encoded to its frame.
 //! - `wake`: an idle machine is woken once.
 
@@ -133,6 +135,20 @@ macro_rules! protocol {
                     left = sides.len();
                 });
                 assert_eq!(left, 0, "the stream finds every frame of {name}");
+                for (way, cut) in [("lend", 65_536), ("pieces", 64)] {
+                    row(&format!("{name}/{way}"), stream.len(), || {
+                        let mut sides = stream.iter();
+                        for mut piece in bytes.chunks(cut) {
+                            while let Some(item) = frames.next_from(&mut piece) {
+                                if let (Item::Frame(frame), Some((side, _))) = (item, sides.next()) {
+                                    decode(*side, &frame);
+                                }
+                            }
+                        }
+                        left = sides.len();
+                    });
+                    assert_eq!(left, 0, "the stream finds every frame of {name}");
+                }
                 let mut out = vec![0; 1 << 17];
                 row(&format!("{name}/encode"), messages.len(), || {
                     for message in &messages {

@@ -12,7 +12,7 @@ use dmc_proto::Dmc;
 use kos_proto::Kos;
 
 use crate::peers::field;
-use crate::stream::{pushed, slice};
+use crate::stream::{read_lent, read_pushed, slice, stream};
 
 pub(crate) fn chapter(report: &mut Report) {
     let mut table = report.table("complete parsers");
@@ -21,13 +21,23 @@ pub(crate) fn chapter(report: &mut Report) {
     let mut parser = ublox::Parser::default_proto();
     assert_eq!(field::read_mavlink(&mavlink.bytes), mavlink.tally);
     assert_eq!(field::read_ublox(&mut parser, &ublox.bytes), ublox.tally);
-    let mut row = |name: &str, ours: [Contender<'_>; 2]| {
+    let mut row = |name: &str, ours: [Contender<'_>; 3]| {
         let peers = [
             contender("mavlink", || field::read_mavlink(black_box(&mavlink.bytes))).per(mavlink.tally.messages),
             contender("ublox", || field::read_ublox(&mut parser, black_box(&ublox.bytes))).per(ublox.tally.messages),
         ];
         table.row(name, ours.into_iter().chain(peers).collect());
     };
-    row("kOS small mix", [pushed::<Kos, 32_768>(kos, usize::MAX), slice::<Kos>(kos)]);
-    row("DMC small mix", [pushed::<Dmc, 4096>(dmc, usize::MAX), slice::<Dmc>(dmc)]);
+    let kos = [
+        stream("next_from", read_lent::<Kos, 32_768>, kos, usize::MAX),
+        stream("push and next", read_pushed::<Kos, 32_768>, kos, usize::MAX),
+        slice::<Kos>(kos),
+    ];
+    row("kOS small mix", kos);
+    let dmc = [
+        stream("next_from", read_lent::<Dmc, 4096>, dmc, usize::MAX),
+        stream("push and next", read_pushed::<Dmc, 4096>, dmc, usize::MAX),
+        slice::<Dmc>(dmc),
+    ];
+    row("DMC small mix", dmc);
 }

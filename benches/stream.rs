@@ -50,7 +50,12 @@ pub(crate) fn chapter(report: &mut Report) {
 fn contenders<F: Protocol, M: Machine, const N: usize>(mix: &Mix, cut: usize) -> Vec<Contender<'_>> {
     let mut buffer = BytesMut::new();
     let codec = move |mix: &Mix| read_codec::<F>(&mut buffer, &mix.bytes, cut, mix.reader());
-    let mut contenders = vec![slice::<F>(mix), pushed::<F, N>(mix, cut), checked("tokio-util, BytesMut", mix, codec)];
+    let mut contenders = vec![
+        slice::<F>(mix),
+        stream("next_from", read_lent::<F, N>, mix, cut),
+        stream("push and next", read_pushed::<F, N>, mix, cut),
+        checked("tokio-util, BytesMut", mix, codec),
+    ];
     if cut == 1 {
         let mut machine = Box::<M>::default();
         let machine = move |mix: &Mix| read_bytes::<F>(&mut *machine, &mix.bytes, mix.reader());
@@ -64,10 +69,15 @@ pub(crate) fn slice<F: Protocol>(mix: &Mix) -> Contender<'_> {
     checked("one slice", mix, |mix| decode::read(mix, decode::ours::<F, Fields>))
 }
 
-/// Contender that copies all bytes into the buffer of a stream.
-pub(crate) fn pushed<F: Protocol, const N: usize>(mix: &Mix, cut: usize) -> Contender<'_> {
-    let mut frames = Box::new(Frames::<F, N>::new());
-    checked("push and next", mix, move |mix| read_pushed(&mut frames, &mix.bytes, cut, mix.reader()))
+/// Contender that reads a stream.
+pub(crate) fn stream<'a, F: Protocol, const N: usize>(
+    name: &'static str,
+    read: Read<F, N>,
+    mix: &'a Mix,
+    cut: usize,
+) -> Contender<'a> {
+    let mut frames = Box::new(Frames::new());
+    checked(name, mix, move |mix| read(&mut frames, &mix.bytes, cut, mix.reader()))
 }
 
 /// Contender whose tally was checked.
@@ -76,8 +86,29 @@ fn checked<'a>(name: &'static str, mix: &'a Mix, mut work: impl FnMut(&Mix) -> T
     contender(name, move || work(black_box(mix))).per(mix.tally.messages)
 }
 
-/// Reads a stream in pieces of `cut` bytes. Between two pieces everything is in memory, here as for the peers, because
-/// pieces arrive one by one and the optimiser cannot know the next one.
+/// Function that reads a stream in pieces of some bytes. Between two pieces everything is in memory, here as for the
+/// peers, because pieces arrive one by one and the optimiser cannot know the next one.
+pub(crate) type Read<F, const N: usize> = fn(&mut Frames<F, N>, &[u8], usize, Reader<'_>) -> Tally;
+
+/// Reads frames that lie whole in a piece from there.
+pub(crate) fn read_lent<F: Protocol, const N: usize>(
+    frames: &mut Frames<F, N>,
+    stream: &[u8],
+    cut: usize,
+    mut reader: Reader<'_>,
+) -> Tally {
+    for mut piece in stream.chunks(cut) {
+        let frames = black_box(&mut *frames);
+        while let Some(item) = frames.next_from(&mut piece) {
+            if let Item::Frame(frame) = item {
+                reader.frame::<F>(&frame);
+            }
+        }
+    }
+    reader.tally
+}
+
+/// Copies all bytes into the buffer of the stream.
 pub(crate) fn read_pushed<F: Protocol, const N: usize>(
     frames: &mut Frames<F, N>,
     stream: &[u8],
