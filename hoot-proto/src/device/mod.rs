@@ -37,6 +37,17 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # Firmware
+//!
+//! Firmware with motors needs no [`Quirks`], and [`DeviceMachine::without_quirks`] leaves their code out. The message of an event
+//! [`Event::Ignored`] is decoded when it is asked for, so that firmware that does not ask contains no decoder of messages.
+//!
+//! ```
+//! use hoot_proto::device::{DeviceMachine, Options, Session};
+//!
+//! let node: Session<false> = Session::new(DeviceMachine::without_quirks(Options::new()));
+//! ```
+//!
 //! Rows, states and decisions: `docs/machines-hoot.md` and `docs/decisions-hoot.md` in the repository.
 
 mod blocking;
