@@ -165,13 +165,13 @@ fn batches<'a>(curves: &'a [Curve], times: &'a [f64]) -> Vec<Contender<'a>> {
         ),
         // The second adds up single positions, as for the peers below.
         contender("y alone, added up", turns(curves, |curve| sum(black_box(times), curve.height()))),
-        // The third is what a user sees who asks for one position at a time.
+        // The third is what a caller without any preparation does: single positions from the control points.
         contender(
-            "y alone, one by one",
+            "y by de Casteljau",
             turns(curves, move |curve| {
-                let y = curve.height();
+                let [_, y1, _, y2] = curve.handles;
                 for &u in times {
-                    black_box(y(black_box(u)));
+                    black_box(de_casteljau(y1, y2, black_box(u)));
                 }
             }),
         ),

@@ -27,6 +27,8 @@
 //! # Ok::<(), motion_core::bezier::OutOfRange>(())
 //! ```
 //!
+//! [`Segment`] needs no preparation, a [`Cursor`] is made for times in order, and a [`Table`] for times in any order.
+//!
 //! # Guarantees
 //!
 //! - No result is ever NaN or infinite: where a rate would be infinite, [`Motion`] has `None`.
