@@ -18,6 +18,7 @@ const BATCHES: &str = "B1 and B3, an axis at 1 kHz in batches of 16, 992 times";
 const CURVES: Rows = &["typical", "any"];
 const WORST: Rows = &["*"];
 const FLOOD: Bounds = &[("clean", Cost(8.0))];
+const WHOLE: Bounds = &[("zerocopy", Shown), ("nom", Shown), ("binrw", Shown)];
 
 pub(crate) const TARGETS: &[Target] = &[
     target(
@@ -45,6 +46,7 @@ pub(crate) const TARGETS: &[Target] = &[
             ("walk and touch", Shown),
         ],
     ),
+    target("D1", "DMC decode, whole messages", &["upload mix", "small mix"], "dmc-proto", WHOLE),
     target("D1", "instructions", &["dmc/mix/slice"], "fat", &[("", Cost(250.0))]),
     target("D1", "instructions", &["dmc/small/slice"], "fat", &[("", Cost(195.0))]),
     target(
@@ -61,6 +63,7 @@ pub(crate) const TARGETS: &[Target] = &[
             ("walk and touch", Shown),
         ],
     ),
+    target("D2", "kOS decode, whole messages", &["mix", "small mix"], "kos-proto", WHOLE),
     target("D2", "instructions", &["kos/mix/slice"], "fat", &[("", Cost(200.0))]),
     target("D2", "instructions", &["kos/small/slice"], "fat", &[("", Cost(100.0))]),
     target(
@@ -71,6 +74,7 @@ pub(crate) const TARGETS: &[Target] = &[
         &[("binrw", Speed(10.0)), ("zerocopy", Shown), ("nom", Shown), ("walk and touch", Shown)],
     ),
     target("D3", "hoot decode by Reply::value", &["mix"], "Reply::value", &[("binrw", Speed(10.0))]),
+    target("D3", "hoot decode, whole messages", &["mix"], "hoot-proto", WHOLE),
     target("D3", "instructions", &["hoot/mix/query"], "fat", &[("", Cost(44.0))]),
     target("D3", "instructions", &["hoot/mix/slice"], "fat", &[("", Cost(60.0))]),
     target(
@@ -103,6 +107,7 @@ pub(crate) const TARGETS: &[Target] = &[
     target("I2", "floods, pieces of 64 KiB", WORST, "limit 65547", FLOOD),
     target("I2", "floods, pieces of 64 B", WORST, "limit 2048", FLOOD),
     target("I2", "floods, pieces of 1 B", WORST, "limit 2048", FLOOD),
+    target("I2", "floods, pieces of 1 B", WORST, "limit 2048, push", FLOOD),
     target(
         "E1",
         "DMC encode",
