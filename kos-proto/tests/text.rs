@@ -72,7 +72,10 @@ fn values_are_written_and_read_as_their_raw_values() {
         assert!(serde_json::from_str::<MacAddress>(wrong).is_err(), "{wrong}");
     }
     assert_eq!(serde_json::from_str::<Rotations>("2").unwrap(), Rotations(2.0));
-    assert!(serde_json::from_str::<Rotations>("1e39").is_err());
+    // Bits are read only of numbers that are written so.
+    for wrong in ["1e39", "\"0x3f800000\"", "\"0x7fc\"", "\"0x+fc00000\""] {
+        assert!(serde_json::from_str::<Rotations>(wrong).is_err(), "{wrong}");
+    }
 }
 
 #[test]

@@ -14,7 +14,8 @@ use crate::owned::Owned;
 use crate::stream::{self, Corrupt, Fatal, Frames, Framing, Noise};
 use crate::wire::{DecodeError, EncodeError, Framed};
 
-/// Codec of the side `O`: it writes the messages of that side, and reads those of its peer `P` with the framing `F`.
+/// Codec of the side `O`: it writes the messages of that side, and reads those of its peer `P` with the framing `F`, which is one of
+/// the protocol of `P`.
 ///
 /// It finds frames with a [`Frames`] of `N` bytes, which is at least twice [`Framing::MAX`], and keeps all promises of
 /// `Frames`. The bytes of the items are not copied: they are split off the receive buffer. So only the codec may change
@@ -24,12 +25,15 @@ use crate::wire::{DecodeError, EncodeError, Framed};
 /// [`resync`](Self::resync) or a [`reset`](Self::reset), it returns that error as an [`io::Error`]. At the end of the
 /// stream, an incomplete frame is given up, as after a gap.
 #[derive(Debug)]
-pub struct Codec<O, P, F: Framing, const N: usize> {
+pub struct Codec<O, P: Framed, F: Framing<Header = HeaderOf<P>>, const N: usize> {
     frames: Box<Frames<F, N>>,
     /// Whether the last item was a fatal error.
     is_stuck: bool,
     sides: PhantomData<fn(O) -> P>,
 }
+
+/// Header of the frames that carry messages of a side.
+type HeaderOf<S> = <<S as Framed>::Framing as Framing>::Header;
 
 /// Item of a stream with messages of the side `S`, in frames with headers `H`. It owns its bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -111,7 +115,7 @@ pub trait Outgoing<S: Framed> {
     fn put(&self, dst: &mut BytesMut) -> Result<usize, EncodeError>;
 }
 
-impl<O, P: Framed, F: Framing, const N: usize> Codec<O, P, F, N> {
+impl<O, P: Framed, F: Framing<Header = HeaderOf<P>>, const N: usize> Codec<O, P, F, N> {
     /// A codec at the start of a stream. It allocates its buffer of `N` bytes.
     #[must_use]
     pub fn new() -> Self {
@@ -154,13 +158,13 @@ impl<O, P: Framed, F: Framing, const N: usize> Codec<O, P, F, N> {
     }
 }
 
-impl<O, P: Framed, F: Framing, const N: usize> Default for Codec<O, P, F, N> {
+impl<O, P: Framed, F: Framing<Header = HeaderOf<P>>, const N: usize> Default for Codec<O, P, F, N> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<O, P: Framed, F: Framing, const N: usize> Decoder for Codec<O, P, F, N> {
+impl<O, P: Framed, F: Framing<Header = HeaderOf<P>>, const N: usize> Decoder for Codec<O, P, F, N> {
     type Item = Item<P, F::Header>;
     type Error = io::Error;
 
@@ -186,7 +190,9 @@ impl<O, P: Framed, F: Framing, const N: usize> Decoder for Codec<O, P, F, N> {
     }
 }
 
-impl<O: Framed, P, F: Framing, M: Outgoing<O>, const N: usize> Encoder<M> for Codec<O, P, F, N> {
+impl<O: Framed, P: Framed, F: Framing<Header = HeaderOf<P>>, M: Outgoing<O>, const N: usize> Encoder<M>
+    for Codec<O, P, F, N>
+{
     type Error = io::Error;
 
     /// Writes a message.

@@ -7,7 +7,7 @@ use core::fmt;
 use core::marker::PhantomData;
 use core::str::FromStr;
 
-use serde::de::{Deserialize, Deserializer, Error, Visitor};
+use serde::de::{Deserialize, Deserializer, Error, Unexpected, Visitor};
 use serde::ser::{Serialize, Serializer};
 
 use crate::fixed::{Integer, Scaled};
@@ -54,15 +54,8 @@ impl<const N: usize> Raw for Bytes<N> {
 
             fn visit_str<E: Error>(self, text: &str) -> Result<Bytes<N>, E> {
                 let mut bytes = [0; N];
-                if text.len() != N.saturating_mul(2) {
-                    return Err(E::invalid_length(text.len() / 2, &self));
-                }
-                for (byte, pair) in bytes.iter_mut().zip(text.as_bytes().chunks_exact(2)) {
-                    let pair = core::str::from_utf8(pair).ok();
-                    let read = pair.and_then(|pair| parse::bytes::<1>(pair, b' ', 16).ok());
-                    [*byte] = read.ok_or_else(|| E::invalid_value(serde::de::Unexpected::Str(text), &self))?;
-                }
-                Ok(Bytes(bytes))
+                let read = hex(text, &mut bytes);
+                read.map(|()| Bytes(bytes)).ok_or_else(|| E::invalid_value(Unexpected::Str(text), &self))
             }
         }
 
@@ -78,20 +71,11 @@ impl Raw for f32 {
             type Value = f32;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number, or its 32 bits as \"0x7fc00000\"")
+                f.write_str(FLOAT)
             }
 
-            #[expect(
-                clippy::cast_possible_truncation,
-                reason = "the nearest f32 is wanted; an infinite one is refused"
-            )]
             fn visit_f64<E: Error>(self, number: f64) -> Result<f32, E> {
-                let near = number as f32;
-                if near.is_finite() {
-                    Ok(near)
-                } else {
-                    Err(E::invalid_value(serde::de::Unexpected::Float(number), &self))
-                }
+                nearest(number).ok_or_else(|| E::invalid_value(Unexpected::Float(number), &self))
             }
 
             #[expect(clippy::cast_precision_loss, reason = "the nearest f32 is wanted")]
@@ -105,13 +89,38 @@ impl Raw for f32 {
             }
 
             fn visit_str<E: Error>(self, text: &str) -> Result<f32, E> {
-                let bits = text.strip_prefix("0x").and_then(|digits| u32::from_str_radix(digits, 16).ok());
-                bits.map(f32::from_bits).ok_or_else(|| E::invalid_value(serde::de::Unexpected::Str(text), &self))
+                not_finite(text).ok_or_else(|| E::invalid_value(Unexpected::Str(text), &self))
             }
         }
 
         deserializer.deserialize_any(Float)
     }
+}
+
+/// Form in which an IEEE number of 32 bits is read.
+pub(crate) const FLOAT: &str = "a number, or the 32 bits of one that is not finite, as \"0x7fc00000\"";
+
+/// Finite number of 32 bits that is nearest to this number; `None` if there is none.
+#[expect(clippy::cast_possible_truncation, reason = "the nearest f32 is wanted; an infinite one is refused")]
+pub(crate) fn nearest(number: f64) -> Option<f32> {
+    Some(number as f32).filter(|near| near.is_finite())
+}
+
+/// Number that is NaN or infinite, from the text of its bits. Numbers that are finite are written in another way.
+pub(crate) fn not_finite(text: &str) -> Option<f32> {
+    let mut bytes = [0; 4];
+    hex(text.strip_prefix("0x")?, &mut bytes)?;
+    Some(f32::from_bits(u32::from_be_bytes(bytes))).filter(|number| !number.is_finite())
+}
+
+/// Fills `bytes` from a text of hex digits. Returns `None` unless there are exactly two digits for each byte.
+pub(crate) fn hex(text: &str, bytes: &mut [u8]) -> Option<()> {
+    let mut pairs = text.as_bytes().chunks(2);
+    for byte in bytes {
+        let pair = core::str::from_utf8(pairs.next()?).ok().filter(|pair| pair.len() == 2)?;
+        [*byte] = parse::bytes(pair, b' ', 16).ok()?;
+    }
+    if pairs.next().is_none() { Some(()) } else { None }
 }
 
 /// Writes the text of a value.

@@ -100,7 +100,8 @@ pub trait Session {
     fn turn(&mut self, now: Millis, source: &Self::Source<'_>, out: &mut [u8]) -> Result<TurnOf<Self>, EncodeError>;
 
     /// Event of the last turn. It lends what arrived last: ask for it before anything else is told or given to
-    /// the session.
+    /// the session. An event that is asked for later may lend another message, or be one that tells of no message at all, such as
+    /// noise: what it told is lost.
     fn event(&self, held: Self::Held) -> Self::Event<'_>;
 }
 

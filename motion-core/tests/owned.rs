@@ -280,6 +280,7 @@ fn errors_name_the_field() {
         (jog(r#""motor":3"#, r#""motor":3,"rotor":3"#), "Jog.rotor: is not read back"),
         (jog(r#""motor":3"#, r#""motor":3,"motor":4"#), "motor: given twice"),
         (jog("0.1", "1e39"), "Jog.turns: out of the range of f32"),
+        (jog("0.1", r#""0x3f800000""#), "Jog.turns: should be a number, or the 32 bits of one that is not finite"),
         (jog("0001020304", "000102030"), "Jog.address: should be a text of hex digits, two for each byte"),
         (jog("0001020304", "00010203"), "Jog.address: takes 5 bytes, should take 6"),
         (jog(r#""ab""#, r#""abcde""#), "Jog.tag: takes 5 bytes, should take 4"),

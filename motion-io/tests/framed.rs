@@ -9,6 +9,9 @@ use motion_core::wire::{Framed as FramedSide, Messages};
 use tokio::io::{AsyncWriteExt, DuplexStream, duplex};
 use tokio_util::codec::Framed;
 
+/// Header of the frames that carry messages of a side.
+type HeaderOf<S> = <<S as FramedSide>::Framing as Framing>::Header;
+
 /// End of a line with the codec of a side.
 type End<O, P, F, const N: usize> = Framed<DuplexStream, Codec<O, P, F, N>>;
 
@@ -24,8 +27,8 @@ async fn one_way<O, P, F, G, M, const N: usize, const K: usize>(
 where
     O: FramedSide,
     P: FramedSide,
-    F: Framing,
-    G: Framing,
+    F: Framing<Header = HeaderOf<P>>,
+    G: Framing<Header = HeaderOf<O>>,
     M: Outgoing<O> + Copy,
 {
     let mut stream = BytesMut::new();

@@ -44,7 +44,7 @@ use super::options::{Nodes, Options};
 use super::transmit::Transmit;
 use super::{EFFECTS, Effect, Token};
 use crate::frame::{Address, Frame, Hoot, MAX_FRAME, PATIENCE};
-use crate::message::{DeviceMessage, HostMessage, Motor, MotorStop, Reply, StepsPerSecond, Stop};
+use crate::message::{DeviceMessage, HostMessage, Motor, MotorStop, StepsPerSecond, Stop};
 
 pub use motion_core::session::NotTaken;
 
@@ -187,7 +187,8 @@ impl session::Session for Session {
             (Held::Answer(token), Some((_, DeviceMessage::Reply(reply)))) => {
                 Event::Ended { token, outcome: Outcome::Done(reply) }
             }
-            (Held::Answer(token), _) => Event::Ended { token, outcome: Outcome::Done(Reply::OK) },
+            // Nobody knows the answer any more.
+            (Held::Answer(token), _) => Event::Ended { token, outcome: Outcome::NotConfirmed },
             (_, Some((_, DeviceMessage::Reply(reply)))) => Event::Unsolicited(reply),
             (_, Some((to, message))) => Event::Overheard { to, message },
             (_, None) => Event::Noise,

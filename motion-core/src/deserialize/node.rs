@@ -1,6 +1,7 @@
 use alloc::borrow::ToOwned;
 use alloc::collections::BTreeMap;
 use alloc::string::String;
+use alloc::vec;
 use alloc::vec::Vec;
 use core::fmt;
 
@@ -8,6 +9,7 @@ use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor}
 use zerocopy::ByteOrder;
 
 use super::{Problem, Why};
+use crate::raw;
 use crate::wire::{Field, Writer};
 
 pub(super) type Map = BTreeMap<String, Node>;
@@ -39,9 +41,8 @@ impl Node {
     pub(super) fn hex(&self) -> Result<Vec<u8>, Why> {
         let why = Why::Kind("a text of hex digits, two for each byte");
         let Self::Text(text) = self else { return Err(why) };
-        let digit = |&digit: &u8| char::from(digit).to_digit(16).and_then(|digit| u8::try_from(digit).ok());
-        let byte = |pair: &[u8]| if let [high, low] = pair { Some(digit(high)? << 4 | digit(low)?) } else { None };
-        text.as_bytes().chunks(2).map(byte).collect::<Option<_>>().ok_or(why)
+        let mut bytes = vec![0; text.len() / 2];
+        raw::hex(text, &mut bytes).map(|()| bytes).ok_or(why)
     }
 
     pub(super) fn integer<T: TryFrom<i128>>(&self) -> Result<T, Why> {
@@ -49,22 +50,14 @@ impl Node {
         T::try_from(*number).map_err(|_| Why::Range(core::any::type_name::<T>()))
     }
 
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_precision_loss,
-        reason = "rounds to the nearest, as it should"
-    )]
+    #[expect(clippy::cast_precision_loss, reason = "rounds to the nearest, as it should")]
     pub(super) fn float(&self) -> Result<f32, Why> {
-        let number = match self {
-            Self::Float(number) => *number as f32,
-            Self::Integer(number) => *number as f32,
-            Self::Text(text) => {
-                let bits = text.strip_prefix("0x").and_then(|digits| u32::from_str_radix(digits, 16).ok());
-                return bits.map(f32::from_bits).ok_or(Why::Kind("a number, or its 32 bits as \"0x7fc00000\""));
-            }
-            _ => return Err(Why::Kind("a number")),
-        };
-        if number.is_finite() { Ok(number) } else { Err(Why::Range("f32")) }
+        match self {
+            Self::Float(number) => raw::nearest(*number).ok_or(Why::Range("f32")),
+            Self::Integer(number) => Ok(*number as f32),
+            Self::Text(text) => raw::not_finite(text).ok_or(Why::Kind(raw::FLOAT)),
+            _ => Err(Why::Kind(raw::FLOAT)),
+        }
     }
 
     /// Writes a number in the type that the layout says.
