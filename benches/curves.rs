@@ -175,9 +175,9 @@ fn batches<'a>(curves: &'a [Curve], times: &'a [f64]) -> Vec<Contender<'a>> {
                 }
             }),
         ),
-        contender("kurbo 0.13.1", turns(curves, |curve| sum(black_box(times), curve.kurbo()))),
-        contender("lyon_geom 1.0.20", turns(curves, |curve| sum(black_box(times), |time| curve.lyon(time)))),
-        contender("flo_curves 0.8.1", turns(curves, |curve| sum(black_box(times), |time| curve.flo(time)))),
+        contender("kurbo", turns(curves, |curve| sum(black_box(times), curve.kurbo()))),
+        contender("lyon_geom", turns(curves, |curve| sum(black_box(times), |time| curve.lyon(time)))),
+        contender("flo_curves", turns(curves, |curve| sum(black_box(times), |time| curve.flo(time)))),
     ]
 }
 
@@ -185,10 +185,10 @@ fn scatter<'a>(curves: &'a [Curve], times: &'a [f64]) -> Vec<Contender<'a>> {
     vec![
         contender("Table", turns(curves, |curve| sum(black_box(times), curve.table()))),
         contender("Segment", turns(curves, |curve| sum(black_box(times), |time| curve.ours.position(time)))),
-        contender("kurbo 0.13.1", turns(curves, |curve| sum(black_box(times), curve.kurbo()))),
-        contender("lyon_geom 1.0.20", turns(curves, |curve| sum(black_box(times), |time| curve.lyon(time)))),
-        contender("flo_curves 0.8.1", turns(curves, |curve| sum(black_box(times), |time| curve.flo(time)))),
-        contender("bezier_easing 0.3.0", turns(curves, |curve| sum(black_box(times), curve.easing()))),
+        contender("kurbo", turns(curves, |curve| sum(black_box(times), curve.kurbo()))),
+        contender("lyon_geom", turns(curves, |curve| sum(black_box(times), |time| curve.lyon(time)))),
+        contender("flo_curves", turns(curves, |curve| sum(black_box(times), |time| curve.flo(time)))),
+        contender("bezier_easing", turns(curves, |curve| sum(black_box(times), curve.easing()))),
     ]
 }
 

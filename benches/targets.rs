@@ -115,13 +115,7 @@ pub(crate) const TARGETS: &[Target] = &[
         "dmc-proto",
         &[("memcpy and sum", Speed(0.95)), ("bytes, BytesMut", Speed(2.2))],
     ),
-    target(
-        "B1",
-        BATCHES,
-        CURVES,
-        "positions",
-        &[("y alone, added up", Speed(0.6)), ("kurbo", Speed(14.0))],
-    ),
+    target("B1", BATCHES, CURVES, "positions", &[("y alone, added up", Speed(0.6)), ("kurbo", Speed(14.0))]),
     target(
         "B2",
         "B2, random access, 992 times, with the making of tables",
