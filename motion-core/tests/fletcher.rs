@@ -9,11 +9,17 @@ use sha2::{Digest, Sha256};
 
 /// The definition of the checksum: two sums, reduced after every byte.
 fn reference(bytes: &[u8]) -> u16 {
-    let (f0, f1) = bytes.iter().fold((0, 0), |(f0, f1), &byte| {
-        let f0 = (f0 + u16::from(byte)) % 255;
-        (f0, (f1 + f0) % 255)
+    references(bytes).last().unwrap()
+}
+
+/// The checksums of the first 0, 1, 2 and more bytes, up to all of them.
+fn references(bytes: &[u8]) -> impl Iterator<Item = u16> {
+    let later = bytes.iter().scan((0, 0), |(f0, f1), &byte| {
+        *f0 = (*f0 + u16::from(byte)) % 255;
+        *f1 = (*f1 + *f0) % 255;
+        Some(*f1 << 8 | *f0)
     });
-    f1 << 8 | f0
+    std::iter::once(0).chain(later)
 }
 
 /// Random bytes by the `lcg` rule of the vectors.
@@ -61,13 +67,59 @@ fn the_vectors_have_the_right_checksums() {
     }
 }
 
-/// Every length up to several blocks, with the bytes that are nearest to an overflow, and with random bytes.
+/// Every length up to several blocks, with the bytes that are nearest to an overflow, at even and odd places, and with
+/// random bytes.
 #[test]
 fn every_length_has_the_right_checksum() {
-    let fills = [vec![0xFF; 5_000], vec![0xFE; 5_000], lcg(7, 5_000)];
+    let alternating = |even, odd| [even, odd].repeat(2_048);
+    let fills = [vec![0xFF; 4_096], alternating(0xFF, 0), alternating(0, 0xFF), lcg(7, 4_096)];
     for fill in &fills {
-        for len in 0..=fill.len() {
-            assert_eq!(Sum::of(&fill[..len]).value(), reference(&fill[..len]), "{len} bytes of {}..", fill[0]);
+        for (len, sum) in references(fill).enumerate() {
+            let bytes = &fill[..len];
+            assert_eq!(Sum::of(bytes).value(), sum, "{len} bytes of {:?}..", &fill[..2]);
+            assert!(len > 500 || verify(bytes) == (sum == 0), "{len} bytes of {:?}..", &fill[..2]);
+        }
+    }
+}
+
+/// A frame with a changed byte has another first sum. Two changed bytes may leave the first sum as it is.
+#[test]
+fn a_wrong_first_or_second_sum_is_detected() {
+    for len in (3..400).chain((400..=4_096).step_by(37)) {
+        let frame = sealed(&lcg(13, len - 2));
+        assert!(verify(&frame), "{len} bytes");
+        for at in [0, len / 3, len / 2, len - 2] {
+            let (one, next) = (frame[at], frame[at + 1]);
+            let mut other = frame.clone();
+            other[at] = one ^ 0x10;
+            assert!(!verify(&other), "{len} bytes, byte {at} is changed");
+            (other[at], other[at + 1]) = (next, one);
+            assert_eq!(verify(&other), one % 255 == next % 255, "{len} bytes, bytes {at} and {} are swapped", at + 1);
+        }
+    }
+}
+
+#[test]
+fn zero_bytes_in_front_change_nothing() {
+    for len in 0..=300 {
+        let bytes = [vec![0; 40], lcg(17, len)].concat();
+        for zeros in 0..40 {
+            assert_eq!(Sum::of(&bytes[zeros..]), Sum::of(&bytes[40..]), "{} zeros before {len} bytes", 40 - zeros);
+        }
+    }
+}
+
+/// All 65,025 states before the last two bytes, which are all possible check bytes of a frame.
+#[test]
+fn only_the_right_check_bytes_are_accepted() {
+    for len in [2, 7, 8, 9, 12, 16, 17, 19, 25, 40, 41, 48, 80, 91, 127, 128, 145] {
+        let mut frame = lcg(19, len);
+        let state = Sum::of(&frame[..len - 2]);
+        for check in 0..=u16::MAX {
+            let check = check.to_le_bytes();
+            frame[len - 2..].copy_from_slice(&check);
+            let right = state.check_bytes().map(|byte| byte % 255) == check.map(|byte| byte % 255);
+            assert_eq!(verify(&frame), right, "{len} bytes, check bytes {check:?}");
         }
     }
 }

@@ -25,7 +25,6 @@
 mod kernels;
 mod prefix;
 
-use kernels::Raw;
 pub use prefix::PrefixSums;
 
 /// The two Fletcher-16 sums of some bytes, each in 0..=254.
@@ -46,7 +45,7 @@ impl Sum {
     #[inline]
     #[must_use]
     pub fn of(bytes: &[u8]) -> Self {
-        Self::modulo_255(kernels::sum(bytes))
+        kernels::sum(bytes)
     }
 
     /// The sum of the bytes of `self`, followed by `bytes`.
@@ -62,7 +61,11 @@ impl Sum {
     #[inline]
     #[must_use]
     pub const fn then(self, next: Self, next_len: usize) -> Self {
-        Self::modulo_255(self.raw().then(next.raw(), next_len))
+        let (f0, f1) = (self.f0 as u32, self.f1 as u32);
+        // Each byte of `next` adds the first sum of `self` to the second sum once more.
+        #[expect(clippy::cast_possible_truncation, reason = "below 255")]
+        let again = f0.wrapping_mul((next_len % 255) as u32);
+        Self::modulo_255(f0.wrapping_add(next.f0 as u32), f1.wrapping_add(next.f1 as u32).wrapping_add(again))
     }
 
     /// The sum without a prefix: of the last `len` bytes of `self`, if `prefix` is the sum of all bytes before them.
@@ -73,9 +76,7 @@ impl Sum {
     #[must_use]
     pub const fn after(self, prefix: Self, len: usize) -> Self {
         // The prefix with its sign changed, modulo 255.
-        let Raw { f0, f1 } = prefix.raw();
-        let negated = Raw { f0: 255_u32.wrapping_sub(f0), f1: 255_u32.wrapping_sub(f1) };
-        Self::modulo_255(negated.then(self.raw(), len))
+        Self { f0: 255_u8.wrapping_sub(prefix.f0), f1: 255_u8.wrapping_sub(prefix.f1) }.then(self, len)
     }
 
     /// Whether both sums are zero, as for every valid frame with its check bytes.
@@ -101,16 +102,11 @@ impl Sum {
     pub const fn check_bytes(self) -> [u8; 2] {
         // The specification's c1 = 255 - (f0 + c0) mod 255 equals f1, with 255 for 0.
         let c1 = if self.f1 == 0 { 255 } else { self.f1 };
-        let Raw { f0, f1 } = self.raw();
-        [255_u8.wrapping_sub((f0.wrapping_add(f1) % 255) as u8), c1]
+        [255_u8.wrapping_sub(((self.f0 as u32).wrapping_add(self.f1 as u32) % 255) as u8), c1]
     }
 
-    const fn raw(self) -> Raw {
-        Raw { f0: self.f0 as u32, f1: self.f1 as u32 }
-    }
-
-    const fn modulo_255(raw: Raw) -> Self {
-        Self { f0: (raw.f0 % 255) as u8, f1: (raw.f1 % 255) as u8 }
+    const fn modulo_255(f0: u32, f1: u32) -> Self {
+        Self { f0: (f0 % 255) as u8, f1: (f1 % 255) as u8 }
     }
 }
 
@@ -120,5 +116,5 @@ impl Sum {
 #[inline]
 #[must_use]
 pub fn verify(frame: &[u8]) -> bool {
-    Sum::of(frame).is_zero()
+    kernels::is_zero(frame)
 }
