@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use motion_core::fletcher::{Sum, verify};
+use motion_core::fletcher::{Sum, check_bytes, verify};
 use proptest::prelude::*;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
@@ -107,6 +107,33 @@ fn zero_bytes_in_front_change_nothing() {
             assert_eq!(Sum::of(&bytes[zeros..]), Sum::of(&bytes[40..]), "{} zeros before {len} bytes", 40 - zeros);
         }
     }
+}
+
+#[test]
+fn check_bytes_of_a_head_and_a_body_are_those_of_the_whole() {
+    let known = [
+        [0xFF; 8],
+        [0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0],
+        [0; 8],
+        *b"\0\0\0\0\0\0DF",
+        *b"\x01\x02\x03\x04\x05\x06\x07\x08",
+    ];
+    for low in known {
+        for high in known {
+            let bytes = [&low, &high, &lcg(23, 1_100)[..]].concat();
+            for fill in [bytes, [&low, &high, &[0xFF; 1_100][..]].concat()] {
+                for len in (0..200).chain([367, 368, 369, 1_029, 1_100]) {
+                    let check = check_bytes([low, high], &fill[16..16 + len]);
+                    assert_eq!(check, Sum::of(&fill[..16 + len]).check_bytes(), "{low:?} {high:?} and {len} bytes");
+                }
+            }
+        }
+    }
+    let long = lcg(29, 200_000);
+    assert_eq!(
+        check_bytes([known[3], known[4]], &long),
+        Sum::of(&[&known[3], &known[4], &long[..]].concat()).check_bytes()
+    );
 }
 
 /// All 65,025 states before the last two bytes, which are all possible check bytes of a frame.

@@ -279,7 +279,8 @@ macro_rules! messages {
                     Self::Other(Other::new(number, body))
                 }
 
-                #[inline]
+                #[allow(clippy::inline_always, reason = "a program that knows what it sends writes only that")]
+                #[inline(always)]
                 fn number(&self) -> u32 {
                     match self {
                         $(Self::$variant(message) => Message::number(message, $first),
@@ -303,7 +304,8 @@ macro_rules! messages {
                     }
                 }
 
-                #[inline]
+                #[allow(clippy::inline_always, reason = "a program that knows what it sends writes only that")]
+                #[inline(always)]
                 fn body_len(&self) -> usize {
                     match self {
                         $(Self::$variant(message) => Message::encoded_len(message),
@@ -312,7 +314,8 @@ macro_rules! messages {
                     }
                 }
 
-                #[inline]
+                #[allow(clippy::inline_always, reason = "a program that knows what it sends writes only that")]
+                #[inline(always)]
                 fn encode_body(&self, out: &mut [u8]) -> Result<usize, EncodeError> {
                     match self {
                         $(Self::$variant(message) => Message::encode_into(message, out),

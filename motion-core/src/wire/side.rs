@@ -185,7 +185,8 @@ macro_rules! side {
             ///
             /// [`EncodeError`](crate::EncodeError), if the frame does not fit, or if its receiver would read another
             /// message. Then nothing is written.
-            #[inline]
+            #[allow(clippy::inline_always, reason = "a program that knows what it sends writes only that")]
+            #[inline(always)]
             pub fn encode_into(
                 &self,
                 $($label: $type,)?
