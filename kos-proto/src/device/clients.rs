@@ -149,6 +149,8 @@ impl Table {
     }
 
     /// Connections that are told what happens.
+    // The code of the machine is made in the program, because the machine has a parameter. In firmware it has to be short.
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub(super) fn unlocked(&self) -> Sessions {
         self.filter(|session| session.unlocked)
     }
@@ -157,6 +159,7 @@ impl Table {
         self.filter(|_| true)
     }
 
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub(super) fn has_tcp(&self) -> bool {
         !self.filter(|session| session.transport == Transport::Tcp).is_empty()
     }

@@ -22,6 +22,8 @@ impl<'a> Effects<'_, 'a> {
         self.output.event(event);
     }
 
+    // The code of the machine is made in the program, because the machine has a parameter. In firmware it has to be short.
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub(super) fn transmit(&mut self, destination: Destination, contents: Contents<'a>) {
         if destination != Destination::Sessions(Sessions::NONE) {
             self.output.transmit(Transmit { destination, contents });

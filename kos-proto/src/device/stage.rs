@@ -139,6 +139,8 @@ impl Shot {
 }
 
 impl Stage {
+    // The code of the machine is made in the program, because the machine has a parameter.
+    #[inline]
     pub(super) const fn state(&self) -> State {
         match self {
             Self::Empty => State::Empty,
@@ -155,6 +157,7 @@ impl Stage {
     }
 
     /// Next time at which something follows.
+    #[inline]
     pub(super) fn deadline(&self) -> Option<Millis> {
         match *self {
             Self::Empty | Self::Loaded | Self::Ready { .. } => None,
