@@ -78,3 +78,37 @@ impl<'a> Input<'a> {
         }
     }
 }
+
+/// Report that waits in a session: each input that a rig makes, without the messages, which would take five times the memory.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Report {
+    Stored(Store, AckCode),
+    Moving(Motors),
+    AtRest,
+    AtFrame(FrameNumber),
+    PassEnd,
+    OperatorGo,
+    Limit { motor: Motor, upper: bool },
+    EmergencyStop(bool),
+    Fault(Option<Motor>),
+    Inputs(Triggers),
+    Aimed,
+}
+
+impl From<Report> for Input<'_> {
+    fn from(report: Report) -> Self {
+        match report {
+            Report::Stored(store, code) => Self::Stored(store, code),
+            Report::Moving(motors) => Self::Moving(motors),
+            Report::AtRest => Self::AtRest,
+            Report::AtFrame(frame) => Self::AtFrame(frame),
+            Report::PassEnd => Self::PassEnd,
+            Report::OperatorGo => Self::OperatorGo,
+            Report::Limit { motor, upper } => Self::Limit { motor, upper },
+            Report::EmergencyStop(pressed) => Self::EmergencyStop(pressed),
+            Report::Fault(motor) => Self::Fault(motor),
+            Report::Inputs(triggers) => Self::Inputs(triggers),
+            Report::Aimed => Self::Aimed,
+        }
+    }
+}

@@ -49,7 +49,7 @@ use motion_core::wire::EncodeError;
 use motion_core::{session_line, session_link, session_methods};
 
 use super::event::{Event, Store};
-use super::input::{self, Input};
+use super::input::{self, Input, Report};
 use super::machine::DeviceMachine;
 use super::transmit::{EFFECTS, Effect, Rig, Transmit};
 use crate::frame::{Dmc, MAX_FRAME, SMALL_FRAME};
@@ -107,7 +107,7 @@ type Link<const N: usize, const CAP: usize> = session::Link<Dmc<CAP>, N>;
 pub struct Session<const N: usize = { 2 * MAX_FRAME + 511 }, const CAP: usize = MAX_FRAME> {
     machine: DeviceMachine,
     link: Link<N, CAP>,
-    agenda: Agenda<Input<'static>, Held, EFFECTS>,
+    agenda: Agenda<Report, Held, EFFECTS>,
 }
 
 /// Device for small memory: it takes frames of up to [`SMALL_FRAME`] bytes, which every device has to take, in pieces of 64
@@ -176,7 +176,7 @@ impl<const N: usize, const CAP: usize> Session<N, CAP> {
         let output = match self.agenda.news() {
             Some(News::LinkDown) => self.machine.advance(now, Input::LinkDown),
             Some(News::LinkUp) => self.machine.advance(now, Input::LinkUp),
-            Some(News::Wish(report)) => self.machine.advance(now, report),
+            Some(News::Wish(report)) => self.machine.advance(now, report.into()),
             None => match self.link.next() {
                 Some(Item::Frame(frame)) => {
                     self.machine.advance(now, Input::received(&frame, |message| rig.verdict(message)))
@@ -229,7 +229,7 @@ impl<const N: usize, const CAP: usize> session::Session for Session<N, CAP> {
 session_link! { device impl<const N: usize, const CAP: usize> Session<N, CAP>: DeviceMachine, Link<N, CAP> }
 
 session_methods! {
-    impl<const N: usize, const CAP: usize> Session<N, CAP> as Input, see Input;
+    impl<const N: usize, const CAP: usize> Session<N, CAP> as Report, see Input;
     stop_all {
         /// Stops everything, as a person at the device wants it. This presses the emergency stop: the device stays locked until
         /// [`emergency_stop`](Self::emergency_stop) tells that it is released.
