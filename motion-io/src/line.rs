@@ -294,6 +294,12 @@ macro_rules! driver_methods {
                 self.line.stream.is_some()
             }
 
+            /// Number of bytes that the session sent and that are not written yet.
+            #[must_use]
+            pub fn unsent(&self) -> usize {
+                self.line.flow.unsent().len()
+            }
+
             /// Reason why there is no line at present, or why there was none the last time.
             #[must_use]
             pub const fn trouble(&self) -> Option<&Error> {

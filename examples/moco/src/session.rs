@@ -105,10 +105,10 @@ impl<H: Driven> Session<H> {
         &self.driver.session().heard
     }
 
-    /// Number of bytes that were given to the driver for the rig.
+    /// Number of bytes that were written to the line.
     #[must_use]
     pub fn written(&self) -> u64 {
-        self.driver.session().written
+        self.driver.session().written - u64::try_from(self.driver.unsent()).unwrap_or(0)
     }
 
     /// Gives a command to the host. It is executed in [`next`](Self::next).
@@ -203,16 +203,32 @@ impl<H: Driven> Session<H> {
         Ok(Stopped::NotConfirmed)
     }
 
-    /// Waits after a confirmed stop until nothing may move any more, for at most 5 s. Returns whether that came.
+    /// Waits after a confirmed stop until nothing may move any more, for at most 5 s. Returns whether that came. Asks the rig about
+    /// motors of an earlier session, of which the host does not know.
     pub async fn rests(&mut self) -> bool {
         let until = Instant::now() + REST;
-        while self.host().may_move() && Instant::now() < until {
-            // The stop is confirmed, whatever becomes of the line.
-            if self.next_within(AGAIN).await.is_err() {
-                break;
+        let (mut ask, mut rests) = (Some(Instant::now()), false);
+        while Instant::now() < until {
+            if ask.take_if(|at| *at <= Instant::now()).is_some() {
+                match self.host().question() {
+                    Some(question) => self.command(question),
+                    None => rests = true,
+                }
+            }
+            if rests && !self.host().may_move() {
+                return true;
+            }
+            match self.next_within(AGAIN).await {
+                Ok(event) => {
+                    if let Some(answer) = event.as_ref().and_then(H::rest) {
+                        (rests, ask) = (answer, (!answer).then(|| Instant::now() + AGAIN));
+                    }
+                }
+                // The stop is confirmed, whatever becomes of the line.
+                Err(_) => break,
             }
         }
-        !self.host().may_move()
+        false
     }
 
     /// Opens a lost line again. Returns whether that succeeded in time.

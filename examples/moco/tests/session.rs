@@ -1,79 +1,19 @@
-//! Tests of sessions on lines that never end a read, a write or an opening.
+//! Tests of sessions on lines that are never silent, or that never end an opening.
 
-use std::io;
-use std::pin::Pin;
-use std::task::{Context, Poll};
+#[path = "../../../motion-io/tests/lines/mod.rs"]
+mod lines;
+
 use std::time::{Duration, Instant};
 
+use lines::Babble;
 use moco::session::Session;
 use motion_rigs::dmc_host::DmcHost;
-use tokio::io::{AsyncRead, AsyncWrite, DuplexStream, ReadBuf};
 use tokio::sync::mpsc::unbounded_channel;
-
-/// Line whose flush never ends, like the line of a device that takes no bytes.
-struct Stuck(DuplexStream);
-
-/// Line that always has bytes to read, until this moment.
-struct Babble(Instant);
-
-impl AsyncRead for Stuck {
-    fn poll_read(mut self: Pin<&mut Self>, cx: &mut Context<'_>, buf: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.0).poll_read(cx, buf)
-    }
-}
-
-impl AsyncWrite for Stuck {
-    fn poll_write(mut self: Pin<&mut Self>, cx: &mut Context<'_>, buf: &[u8]) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.0).poll_write(cx, buf)
-    }
-
-    fn poll_flush(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Poll::Pending
-    }
-
-    fn poll_shutdown(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Poll::Pending
-    }
-}
-
-impl AsyncRead for Babble {
-    fn poll_read(self: Pin<&mut Self>, _: &mut Context<'_>, buf: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
-        if Instant::now() < self.0 {
-            buf.put_slice(&[0xFF; 64]);
-        }
-        Poll::Ready(Ok(()))
-    }
-}
-
-impl AsyncWrite for Babble {
-    fn poll_write(self: Pin<&mut Self>, _: &mut Context<'_>, buf: &[u8]) -> Poll<io::Result<usize>> {
-        Poll::Ready(Ok(buf.len()))
-    }
-
-    fn poll_flush(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Poll::Ready(Ok(()))
-    }
-
-    fn poll_shutdown(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Poll::Ready(Ok(()))
-    }
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_session_does_not_wait_for_the_flush_of_a_line() {
-    let (near, _far) = tokio::io::duplex(4096);
-    let (_keep, interrupts) = unbounded_channel();
-    let mut session = Session::over(DmcHost::default(), Stuck(near), interrupts);
-    let start = tokio::time::Instant::now();
-    session.next_within(Duration::from_millis(10)).await.unwrap();
-    assert!(start.elapsed() < Duration::from_millis(20), "{:?}", start.elapsed());
-}
 
 #[tokio::test]
 async fn a_line_that_is_never_silent_does_not_delay_the_end_of_waiting() {
     let (_keep, interrupts) = unbounded_channel();
-    let line = Babble(Instant::now() + Duration::from_secs(10));
-    let mut session = Session::over(DmcHost::default(), line, interrupts);
+    let mut session = Session::over(DmcHost::default(), Babble { takes: true }, interrupts);
     let start = Instant::now();
     assert_eq!(session.next_within(Duration::from_millis(10)).await.unwrap(), None);
     assert!(start.elapsed() < Duration::from_secs(5), "{:?}", start.elapsed());

@@ -37,6 +37,18 @@ pub trait Driven: Host {
 
     /// Result of that stop, if the event contains it.
     fn stopped(event: &Self::Event) -> Option<Stopped>;
+
+    /// Question whether motors move, which is asked after a stop of everything because of motors that an earlier session set in
+    /// motion. `None` if a stop is only confirmed when all motors rest, or if the rig does not know the question.
+    fn question(&self) -> Option<Self::Command> {
+        None
+    }
+
+    /// Whether all motors rest, if the event contains the answer to that question.
+    fn rest(event: &Self::Event) -> Option<bool> {
+        let _ = event;
+        None
+    }
 }
 
 /// End of the line about a stop that is confirmed without the report that all motors rest.

@@ -13,11 +13,11 @@ use std::time::Duration;
 use dmc_proto::host::{self, StopTarget};
 use dmc_proto::message::{
     Acceleration, Bool, CameraFlags, Capabilities, GioCam, HardwareLimitSet, JogSpeed, Milliseconds, Motor, MotorJog,
-    MotorMove, MotorSetLimits, MotorSetSpeed, RtRunMove, Scaled, Speed, Steps,
+    MotorMove, MotorSetLimits, MotorSetSpeed, MotorStatusRequest, Motors, RtRunMove, Scaled, Speed, Steps,
 };
 use examples::moves::Move;
 use motion_core::time::Millis;
-use motion_rigs::dmc_host::{DmcHost, Event, TOLERANCE};
+use motion_rigs::dmc_host::{Answer, Command as Order, DmcHost, Event, TOLERANCE, Token};
 use tokio::time::{Instant, timeout};
 
 use super::command::Shots;
@@ -28,6 +28,8 @@ use crate::session::{REST, Session};
 use flow::Flow;
 use plan::Plan;
 
+/// Token of the question whether motors rest. The tokens of commands begin at 1.
+const QUESTION: Token = Token(0);
 /// Time for acceleration before a move, and for deceleration after it, in milliseconds.
 const ROLL: u32 = 500;
 
@@ -44,6 +46,19 @@ impl Driven for DmcHost {
         match event {
             Event::Machine(host::Event::Stopped(StopTarget::All | StopTarget::AllSilent)) => Some(Stopped::Confirmed),
             Event::Machine(host::Event::StopNotConfirmed(_)) => Some(Stopped::NotConfirmed),
+            _ => None,
+        }
+    }
+
+    fn question(&self) -> Option<Order> {
+        let is_known = self.machine().device().is_some_and(|hi| hi.motor_count > 0);
+        is_known.then(|| Order::Ask(QUESTION, MotorStatusRequest::default().into()))
+    }
+
+    fn rest(event: &Event) -> Option<bool> {
+        match event {
+            Event::Ended(QUESTION, Ok(Answer::Moving(motors))) => Some(*motors == Motors::NONE),
+            Event::Ended(QUESTION, _) => Some(false),
             _ => None,
         }
     }

@@ -307,3 +307,18 @@ async fn a_stop_tells_if_motors_of_an_earlier_session_do_not_rest() {
     let done = drive(&mut session, &Command::Stop, &mut said).await;
     assert!(matches!(&done, Err(Trouble::MayMove(why)) if why == OBEYED) && said.is_empty(), "{done:?} {said:?}");
 }
+
+#[tokio::test(start_paused = true)]
+async fn a_stop_of_a_session_that_moved_nothing_waits_for_motors_of_an_earlier_session() {
+    for (moving, end) in [(Motors::NONE, Stopped::Confirmed), (Motors(2), Stopped::Obeyed)] {
+        let (line, rig) = duplex(4096);
+        tokio::spawn(answer(rig, AckCode::OK, moving));
+        let (_interrupt, interrupts) = unbounded_channel();
+        let mut session = Session::over(DmcHost::default(), line, interrupts);
+        while session.host().machine().device().is_none() {
+            session.next().await.unwrap();
+        }
+        assert!(!session.host().may_move());
+        assert_eq!(session.stop().await, end);
+    }
+}

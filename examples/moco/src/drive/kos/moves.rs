@@ -4,19 +4,22 @@ use std::path::Path;
 use std::time::Duration;
 
 use examples::moves::Move;
+use kos_proto::HostMessage;
 use kos_proto::host::{self, Move as Told, MoveState, Outcome, Refusal};
 use kos_proto::message::{ActionId, MotorAddress, Normalized, Photos, Seconds};
 use kos_proto::trajectory::{Delay, LiveMotion, Loop, Play, Style, TimeLapseMotion, Trajectory};
 use motion_rigs::kos_host::{Command as Order, Event, StoredMove};
 use tokio::time::Instant;
 
-use super::{Drive, ended, failed, is_done, plan, time};
+use super::{Drive, ended, failed, is_done, not_reported, plan, time};
 use crate::drive::Trouble;
 use crate::drive::command::Shots;
 use crate::drive::output::At;
 
 /// Time that motors may take to the start of a move. Our client reports a delay after two minutes.
 const HOME: Duration = Duration::from_mins(10);
+/// Time between two lines about an upload.
+const TELL: Duration = Duration::from_secs(1);
 /// Report that a load waits for.
 const READY: &str = "that the move is ready";
 /// Greatest distance of a motor at rest from its target, as a part of its range.
@@ -104,11 +107,29 @@ impl Drive<'_> {
 
     /// Stores a move and makes it ready. Returns how that ended.
     async fn load(&mut self, stored: StoredMove, delay_return: bool) -> Result<Outcome<'static>, Trouble> {
+        let (bytes, before) = (HostMessage::from(stored.data()).encoded_len(), self.session.written());
         let token = self.order(Order::Load { stored, delay_return });
         if !delay_return {
             self.print(format_args!("the motors go to where the move begins"))?;
         }
-        self.wait(READY, HOME, |event| ended(event, token)).await
+        let until = Instant::now() + HOME;
+        while Instant::now() < until {
+            if let Some(outcome) = self.look(TELL, |event| ended(event, token)).await? {
+                return Ok(outcome);
+            }
+            self.uploads(bytes, self.session.written() - before)?;
+        }
+        Err(Trouble::Failed(not_reported(READY)))
+    }
+
+    /// Prints which part of an upload is written, until it is whole. Nearly all of its bytes are those of the move.
+    #[expect(clippy::cast_precision_loss, reason = "a part that a person reads")]
+    fn uploads(&mut self, bytes: usize, written: u64) -> Result<(), Trouble> {
+        let part = written as f64 / bytes as f64;
+        if part < 1.0 {
+            self.progress(Some(part), Vec::new(), format_args!("the move is uploaded: {:.0} %", 100.0 * part))?;
+        }
+        Ok(())
     }
 
     async fn play(&mut self, stored: StoredMove) -> Result<(), Trouble> {

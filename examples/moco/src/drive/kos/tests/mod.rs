@@ -16,15 +16,18 @@ use kos_proto::message::{
 use motion_core::time::Millis;
 use motion_rigs::device::Named as _;
 use motion_rigs::kos_device::{KosDevice, Setup};
+use motion_rigs::kos_host::KosHost;
 use motion_rigs::{LineId, Outgoing, Party as _, Rig as _};
+use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _, DuplexStream, duplex};
 use tokio::net::UdpSocket;
 use tokio::sync::mpsc;
-use tokio::time::Instant;
+use tokio::time::{Instant, sleep, timeout};
 
 use self::served::{LINE, Served};
-use super::discover;
+use super::{Options, discover, drive};
 use crate::drive::command::Shots;
 use crate::drive::{Command, OBEYED, Stopped, Trouble};
+use crate::session::Session;
 
 /// Greatest distance of a motor from its curve, in rotations. `rigs/tests/kos/bench.rs` explains the value.
 const TOLERANCE: f64 = 5e-5;
@@ -147,7 +150,7 @@ async fn a_very_slow_move_can_be_interrupted() {
     for speed in [1e-30, 1e-12] {
         let (interrupt, interrupts) = mpsc::unbounded_channel();
         let later = async {
-            tokio::time::sleep(Duration::from_secs(5)).await;
+            sleep(Duration::from_secs(5)).await;
             interrupt.send(()).unwrap();
         };
         let command = Command::Move { motor: 1, position: 2.0, speed: Some(speed) };
@@ -180,7 +183,7 @@ async fn a_stop_by_another_client_is_reported() {
         (run(), "the move was stopped by something else: check the rig"),
     ] {
         let stop = async {
-            tokio::time::sleep(Duration::from_millis(if command == run() { 6000 } else { 700 })).await;
+            sleep(Duration::from_millis(if command == run() { 6000 } else { 700 })).await;
             let motor = MotorAddress(1);
             let message = SetPositionSpeedAcceleration::stop(motor, None, RotationsPerSecondSquared(100.0));
             let mut bytes = [0; 64];
@@ -203,9 +206,9 @@ async fn a_move_that_ended_early_without_a_connection_is_reported() {
     let served = Served::new(Setup::with_motors(1)).await;
     served.done(CALIBRATE).await;
     let breaks = async {
-        tokio::time::sleep(Duration::from_secs(8)).await;
+        sleep(Duration::from_secs(8)).await;
         served.cut.send(()).unwrap();
-        tokio::time::sleep(Duration::from_millis(100)).await;
+        sleep(Duration::from_millis(100)).await;
         let mut rig = served.rig.lock().unwrap();
         let now = rig.wake().unwrap();
         rig.stall(now);
@@ -251,7 +254,7 @@ async fn a_stop_of_a_locked_rig_is_effective_at_once() {
     let jog = SetPositionSpeedAcceleration::jog(MotorAddress(1), speed, acceleration);
     for (password, stops) in [(&b"best boy"[..], false), (b"gaffer", true)] {
         by_another(jog.into());
-        tokio::time::sleep(Duration::from_millis(500)).await;
+        sleep(Duration::from_millis(500)).await;
         let (before, from) = (Instant::now(), served.at(0));
         let (_keep, interrupts) = mpsc::unbounded_channel();
         let (said, done) = served.drive_until(Command::Stop, Some(password), interrupts).await;
@@ -346,7 +349,7 @@ async fn an_interrupted_move_is_stopped_and_the_stop_is_reported() {
     served.done(CALIBRATE).await;
     let (interrupt, interrupts) = mpsc::unbounded_channel();
     let interrupted = async {
-        tokio::time::sleep(Duration::from_secs(8)).await;
+        sleep(Duration::from_secs(8)).await;
         assert!(!served.rests());
         interrupt.send(()).unwrap();
     };
@@ -355,7 +358,7 @@ async fn an_interrupted_move_is_stopped_and_the_stop_is_reported() {
     assert!(said.ends_with(&format!("stop: {:?}\n", Stopped::Confirmed)), "{said}");
     let there = served.at(0);
     assert!(served.rests() && there < 29.0);
-    tokio::time::sleep(Duration::from_secs(20)).await;
+    sleep(Duration::from_secs(20)).await;
     assert_eq!(served.at(0).to_bits(), there.to_bits());
 }
 
@@ -368,9 +371,9 @@ async fn after_a_lost_connection_a_move_is_followed_or_its_end_is_checked() {
             let begun = || served.path.lock().unwrap().iter().any(|(moment, _)| *moment > 0.0);
             served.path.lock().unwrap().clear();
             while !begun() {
-                tokio::time::sleep(Duration::from_millis(1)).await;
+                sleep(Duration::from_millis(1)).await;
             }
-            tokio::time::sleep(Duration::from_millis(after)).await;
+            sleep(Duration::from_millis(after)).await;
             served.cut.send(()).unwrap();
         };
         let ((said, done), ()) = tokio::join!(served.drive(run()), cut);
@@ -386,9 +389,9 @@ async fn a_stop_does_not_wait_for_the_next_attempt_to_connect() {
     served.done(CALIBRATE).await;
     let (interrupt, interrupts) = mpsc::unbounded_channel();
     let back = async {
-        tokio::time::sleep(Duration::from_secs(8)).await;
+        sleep(Duration::from_secs(8)).await;
         served.serving.abort();
-        tokio::time::sleep(Duration::from_millis(3500)).await;
+        sleep(Duration::from_millis(3500)).await;
         served.again().await;
         interrupt.send(()).unwrap();
     };
@@ -402,7 +405,7 @@ async fn a_rig_that_is_gone_is_reported_in_one_line() {
     let served = Served::new(Setup::with_motors(1)).await;
     served.done(CALIBRATE).await;
     let gone = async {
-        tokio::time::sleep(Duration::from_secs(8)).await;
+        sleep(Duration::from_secs(8)).await;
         served.serving.abort();
     };
     let ((said, done), ()) = tokio::join!(served.drive(run()), gone);
@@ -418,7 +421,7 @@ async fn a_fault_in_a_move_is_reported() {
     let served = Served::new(Setup::with_motors(1)).await;
     served.done(CALIBRATE).await;
     let stall = async {
-        tokio::time::sleep(Duration::from_secs(8)).await;
+        sleep(Duration::from_secs(8)).await;
         let mut rig = served.rig.lock().unwrap();
         let now = rig.wake().unwrap();
         rig.stall(now);
@@ -456,5 +459,51 @@ async fn a_rig_that_announces_itself_is_found() {
     let none = discover(listen, None, Duration::from_millis(20), true).await.unwrap_err().to_string();
     assert!(none.contains("no kOS rig announced itself in 0.02 s"), "{none}");
     let taken = discover(asked, None, Duration::from_secs(1), false).await.unwrap_err().to_string();
-    assert!(taken.contains("a port that is not in use"), "{taken}");
+    assert!(taken.contains("the port is in use"), "{taken}");
+}
+
+/// Serves on a line in memory that takes 64 bytes a second, except that shorter messages are taken at once.
+async fn slow(rig: &mut KosDevice, start: Instant, mut line: DuplexStream) {
+    let mut buffer = [0; 64];
+    let now = || Millis(start.elapsed().as_millis().try_into().unwrap());
+    rig.open(now(), LINE);
+    loop {
+        rig.advance(now());
+        while let Some(outgoing) = rig.poll() {
+            if let Outgoing::Bytes(LINE, bytes) = outgoing {
+                line.write_all(&bytes).await.unwrap();
+            }
+        }
+        let wake = rig.wake().map_or(Duration::from_secs(1), |wake| Duration::from_millis(wake.since(now())));
+        if let Ok(Ok(len @ 1..)) = timeout(wake, line.read(&mut buffer)).await {
+            rig.receive(now(), LINE, &buffer[..len]);
+            if len == buffer.len() {
+                sleep(Duration::from_secs(1)).await;
+            }
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_progress_of_an_upload_over_a_slow_line_is_printed() {
+    let (mut rig, start) = (KosDevice::new(Setup::with_motors(1)), Instant::now());
+    let (options, mut said) = (Options::default(), Vec::new());
+    for command in [CALIBRATE, Command::Upload { file: slide() }] {
+        let (near, far) = duplex(64);
+        let (_interrupt, interrupts) = mpsc::unbounded_channel();
+        let host = KosHost::new(kos_proto::host::Options::default(), None);
+        let mut session = Session::over(host, near, interrupts);
+        tokio::select! {
+            done = drive(&mut session, &command, &options, &mut said) => done.unwrap(),
+            () = slow(&mut rig, start, far) => unreachable!("it serves for ever"),
+        }
+        rig.close(Millis(start.elapsed().as_millis().try_into().unwrap()), LINE);
+    }
+    let said = String::from_utf8(said).unwrap();
+    let parts: Vec<u8> = said
+        .lines()
+        .filter_map(|line| line.strip_prefix("the move is uploaded: ")?.strip_suffix(" %")?.parse().ok())
+        .collect();
+    assert!(parts.len() > 1 && parts.is_sorted() && parts.iter().all(|part| *part < 100), "{said}");
+    assert!(said.ends_with("the motors do not move until it is played\n"), "{said}");
 }
