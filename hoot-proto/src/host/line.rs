@@ -331,6 +331,8 @@ impl HostMachine {
         self.line = Line::Idle;
         if waiting.is_clear {
             self.owe(&waiting.job.transmit().message, waiting.sent, waiting.sent_at.min(now));
+            // In a step that comes late, that time may be over already.
+            self.doubt.expire(now);
         }
         Some(waiting)
     }
