@@ -267,16 +267,12 @@ impl<F: Framing, const N: usize> Frames<F, N> {
                 }
             }
         }
-        match bytes.len() {
-            0 => {}
-            1..=SHORT => {
-                let taken = self.push_many(bytes);
-                *bytes = bytes.get(taken..).unwrap_or_default();
-                if !bytes.is_empty() {
-                    self.fill(bytes);
-                }
-            }
-            _ => self.fill(bytes),
+        if (1..=SHORT).contains(&bytes.len()) {
+            let taken = self.push(bytes);
+            *bytes = bytes.get(taken..).unwrap_or_default();
+        }
+        if !bytes.is_empty() {
+            self.fill(bytes);
         }
         self.next()
     }
@@ -293,19 +289,13 @@ impl<F: Framing, const N: usize> Frames<F, N> {
     /// Takes bytes for [`next_from`](Self::next_from), until an item is held or no byte is left.
     #[inline(never)]
     fn fill(&mut self, bytes: &mut &[u8]) {
-        loop {
+        while !bytes.is_empty() && !self.has_item() {
             // Of a frame that a piece cut off, only the rest is taken, so that the frames after it are lent. After noise, all
             // bytes go through the buffer.
             let is_exact = bytes.len() > SHORT && self.wary == 0 && self.held() > 0;
-            if is_exact && self.has_item() {
-                return;
-            }
             let most = if is_exact { self.needed().saturating_sub(self.held()) } else { bytes.len() };
             let taken = self.push_many(bytes.get(..most).unwrap_or(bytes));
             *bytes = bytes.get(taken..).unwrap_or_default();
-            if bytes.is_empty() || (!is_exact && self.has_item()) {
-                return;
-            }
         }
     }
 
