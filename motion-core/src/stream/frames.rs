@@ -218,8 +218,9 @@ impl<F: Framing, const N: usize> Frames<F, N> {
     /// The next item of the held bytes and of the received `bytes` after them; `None` if more bytes are needed. Then
     /// `bytes` is empty, because all of it was taken.
     ///
-    /// It is [`push`](Self::push) and [`next`](Self::next) in one, and finds the same items. A frame that lies whole in
-    /// `bytes` is lent from there, and not copied. Only the beginning of a frame that `bytes` cuts off is held.
+    /// It is [`push`](Self::push) and [`next`](Self::next) in one, and finds the same items. While more than 128 bytes are
+    /// left, a frame that lies whole in them is lent from there, and not copied. The rest goes through the buffer: the
+    /// beginning of a frame that `bytes` cuts off, noise, and what follows noise up to the next valid frames.
     ///
     /// ```
     /// # use motion_core::stream::{Frames, Framing, Head, Item, Noise};
@@ -304,22 +305,15 @@ impl<F: Framing, const N: usize> Frames<F, N> {
         if !self.has_unseen() {
             return false;
         }
+        self.work = self.work.wrapping_add(1);
         let bytes = self.buf.get(self.start..self.reach()).unwrap_or_default();
-        if self.skip.0 > 0 || bytes.is_empty() || self.cut_off() {
+        // A whole frame is an item, valid or not, and is not verified twice.
+        if self.skip.0 > 0 || matches!(F::head(bytes), Head::Total(len @ 1..) if len <= bytes.len()) {
             return true;
         }
-        self.work = self.work.wrapping_add(1);
-        match F::head(bytes) {
-            Head::Total(len @ 1..) if len <= bytes.len() => true,
-            Head::Total(total) | Head::More(total) => {
-                let need = total.max(bytes.len().saturating_add(1));
-                if need <= F::MAX {
-                    self.seen = self.start.saturating_add(need).saturating_sub(1);
-                }
-                need > F::MAX
-            }
-            Head::Skip(..) | Head::Fatal(_) => true,
-        }
+        let Found::Open(need) = self.judge(self.start) else { return true };
+        self.seen = self.start.saturating_add(need).saturating_sub(1);
+        false
     }
 
     /// The part of [`next`](Self::next) after the check that there are new bytes.
