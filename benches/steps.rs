@@ -403,7 +403,7 @@ mod dmc {
             }
             self.of_device.push((Millis(self.now), happened));
             if let Some(store) = stored {
-                self.tell_device(Happened::Else(device::Input::Stored(store, AckCode::OK)));
+                self.tell_device(Happened::Else(device::Input::Rig(device::Report::Stored(store, AckCode::OK))));
             }
             for frame in frames {
                 self.tell_host(Happened::Frame(frame));

@@ -19,7 +19,7 @@ pub enum Event<'a> {
     /// Do what this message says: it sets something.
     Apply(HostMessage<'a>),
     /// Give this message to the upload buffer, and give the buffer's answer to the machine as
-    /// [`Input::Stored`](super::Input::Stored).
+    /// [`Report::Stored`](super::Report::Stored).
     Store {
         /// Name of the message, for the answer.
         store: Store,

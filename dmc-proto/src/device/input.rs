@@ -31,6 +31,32 @@ pub enum Input<'a> {
     Malformed(MessageId, MessageType),
     /// A frame with a wrong checksum arrived. Id and type are those of its header.
     Corrupt(MessageId, MessageType),
+    /// The rig or its operator reports something.
+    Rig(Report),
+    /// The time of the last wake has come.
+    Wake,
+}
+
+/// Message of a frame. It is decoded in one place, because the code for all messages is long.
+#[inline(never)]
+pub(super) fn message<'a>(frame: &Frame<'a>) -> Result<HostMessage<'a>, DecodeError> {
+    HostMessage::decode(frame)
+}
+
+impl<'a> Input<'a> {
+    /// Makes the input for a frame that arrived from the host. `rig` judges its message, as [`Input::Received`] says.
+    pub fn received(frame: &Frame<'a>, rig: impl FnOnce(&HostMessage<'a>) -> AckCode) -> Self {
+        match message(frame) {
+            Ok(message) => Self::Received { id: frame.id(), rig: rig(&message), message },
+            Err(_) => Self::Malformed(frame.id(), frame.kind()),
+        }
+    }
+}
+
+/// Report of the rig or its operator.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub enum Report {
     /// The upload buffer answered with this code to what it was told to [store](super::Event::Store).
     Stored(Store, AckCode),
     /// These motors move now. The status tells it; nothing else follows.
@@ -59,56 +85,10 @@ pub enum Input<'a> {
     Inputs(Triggers),
     /// The rig aims at another point by itself.
     Aimed,
-    /// The time of the last wake has come.
-    Wake,
-}
-
-/// Message of a frame. It is decoded in one place, because the code for all messages is long.
-#[inline(never)]
-pub(super) fn message<'a>(frame: &Frame<'a>) -> Result<HostMessage<'a>, DecodeError> {
-    HostMessage::decode(frame)
-}
-
-impl<'a> Input<'a> {
-    /// Makes the input for a frame that arrived from the host. `rig` judges its message, as [`Input::Received`] says.
-    pub fn received(frame: &Frame<'a>, rig: impl FnOnce(&HostMessage<'a>) -> AckCode) -> Self {
-        match message(frame) {
-            Ok(message) => Self::Received { id: frame.id(), rig: rig(&message), message },
-            Err(_) => Self::Malformed(frame.id(), frame.kind()),
-        }
-    }
-}
-
-/// Report that waits in a session: each input that a rig makes, without the messages, which would take five times the memory.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Report {
-    Stored(Store, AckCode),
-    Moving(Motors),
-    AtRest,
-    AtFrame(FrameNumber),
-    PassEnd,
-    OperatorGo,
-    Limit { motor: Motor, upper: bool },
-    EmergencyStop(bool),
-    Fault(Option<Motor>),
-    Inputs(Triggers),
-    Aimed,
 }
 
 impl From<Report> for Input<'_> {
     fn from(report: Report) -> Self {
-        match report {
-            Report::Stored(store, code) => Self::Stored(store, code),
-            Report::Moving(motors) => Self::Moving(motors),
-            Report::AtRest => Self::AtRest,
-            Report::AtFrame(frame) => Self::AtFrame(frame),
-            Report::PassEnd => Self::PassEnd,
-            Report::OperatorGo => Self::OperatorGo,
-            Report::Limit { motor, upper } => Self::Limit { motor, upper },
-            Report::EmergencyStop(pressed) => Self::EmergencyStop(pressed),
-            Report::Fault(motor) => Self::Fault(motor),
-            Report::Inputs(triggers) => Self::Inputs(triggers),
-            Report::Aimed => Self::Aimed,
-        }
+        Self::Rig(report)
     }
 }

@@ -11,8 +11,8 @@
 //! | the link is open, at boot | [`Input::LinkUp`] |
 //! | a frame has arrived | [`Input::received`] |
 //! | a frame with a wrong checksum has arrived | [`Input::Corrupt`], from its header |
-//! | the rig has something to report | [`Input::AtRest`], [`Input::AtFrame`], [`Input::PassEnd`], [`Input::Limit`] and so on |
-//! | the upload buffer has answered | [`Input::Stored`] |
+//! | the rig has something to report | [`Input::Rig`] with its [`Report`] |
+//! | the upload buffer has answered | [`Report::Stored`] |
 //! | the time of `output.wake` has come | [`Input::Wake`] |
 //!
 //! After each call, carry out the effects in their order: the rig acts first, then the host is told. The message of an
@@ -23,7 +23,7 @@
 //! # use dmc_proto::message::{AckCode, HostMessage, Motor, Steps};
 //! # use dmc_proto::upload::{Memory, Room, UploadBuffer};
 //! # use dmc_proto::Millis;
-//! use dmc_proto::device::{DeviceMachine, Effect, Event, Input, Scratch};
+//! use dmc_proto::device::{DeviceMachine, Effect, Event, Input, Report, Scratch};
 //! # struct MyRig<'m> { told: Vec<String>, buffer: UploadBuffer<'m> }
 //! # impl Rig for MyRig<'_> {
 //! #     fn verdict(&self, _: &HostMessage<'_>) -> AckCode { AckCode::OK }
@@ -40,7 +40,7 @@
 //!         match effect {
 //!             Effect::Event(Event::Store { store, message }) => {
 //!                 let code = rig.buffer.receive(&message).unwrap_or(AckCode::ERR_GENERAL);
-//!                 stored = Some(Input::Stored(store, code));
+//!                 stored = Some(Input::Rig(Report::Stored(store, code)));
 //!             }
 //!             Effect::Event(event) => rig.obey(event),
 //!             Effect::Transmit(transmit) => {
@@ -103,7 +103,7 @@ mod transmit;
 mod upload;
 
 pub use event::{Event, StopKind, Store};
-pub use input::Input;
+pub use input::{Input, Report};
 pub use machine::DeviceMachine;
 pub use motion::State;
 pub use options::{Options, Quirks};

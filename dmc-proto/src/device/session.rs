@@ -229,7 +229,7 @@ impl<const N: usize, const CAP: usize> session::Session for Session<N, CAP> {
 session_link! { device impl<const N: usize, const CAP: usize> Session<N, CAP>: DeviceMachine, Link<N, CAP> }
 
 session_methods! {
-    impl<const N: usize, const CAP: usize> Session<N, CAP> as Report, see Input;
+    impl<const N: usize, const CAP: usize> Session<N, CAP> as Report, see Report;
     stop_all {
         /// Stops everything, as a person at the device wants it. This presses the emergency stop: the device stays locked until
         /// [`emergency_stop`](Self::emergency_stop) tells that it is released.

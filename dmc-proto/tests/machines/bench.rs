@@ -209,7 +209,7 @@ impl Bench {
         assert_eq!(said, []);
         let [device::Event::Store { store, message: stored }] = events[..] else { panic!("{events:?}") };
         assert_eq!(stored, message);
-        let (said, events) = self.step(device::Input::Stored(store, AckCode::OK));
+        let (said, events) = self.step(device::Input::Rig(device::Report::Stored(store, AckCode::OK)));
         assert_eq!(events, []);
         let [said] = &said[..] else { panic!("{said:?}") };
         said.clone()
@@ -249,7 +249,7 @@ impl Bench {
 
     /// Reports that all motors rest.
     pub(crate) fn rests(&mut self) -> Out<'static> {
-        self.step(device::Input::AtRest)
+        self.step(device::Input::Rig(device::Report::AtRest))
     }
 
     pub(crate) fn state(&self) -> device::State {
@@ -258,7 +258,7 @@ impl Bench {
 
     /// Devices in every state.
     pub(crate) fn everywhere() -> Vec<Self> {
-        use device::Input;
+        use device::{Input, Report};
         let benches = device::State::ALL.map(|state| {
             let mut bench = Self::on_frame();
             match state {
@@ -284,9 +284,9 @@ impl Bench {
                     bench.asked(run(1, 10, RunFlags(0)));
                     bench.rests();
                     bench.asked(RtGo::default().into());
-                    bench.step(Input::PassEnd);
+                    bench.step(Input::Rig(Report::PassEnd));
                 }
-                device::State::Locked => drop(bench.step(Input::Limit { motor: Motor(2), upper: true })),
+                device::State::Locked => drop(bench.step(Input::Rig(Report::Limit { motor: Motor(2), upper: true }))),
                 state => panic!("no way to {state:?}"),
             }
             assert_eq!(bench.state(), state);

@@ -1,6 +1,6 @@
 //! Device: connection, single motors, stops, virtual motors and quirks. DMC D2 and D4.
 
-use dmc_proto::device::{Contents, Event, Input, Options, Quirks, State, StopKind};
+use dmc_proto::device::{Contents, Event, Input, Options, Quirks, Report, State, StopKind};
 use dmc_proto::message::{
     AckCode, Capabilities, Dmx, DmxChannel, GioInRequest, GioOut, Hi, HiRequest, HostMessage, JogSpeed, LineAxis,
     LineSpeed, Motor, MotorConfigure, MotorFlags, MotorGetPosition, MotorResetPosition, MotorSetLimits, MotorSetSpeed,
@@ -114,12 +114,12 @@ fn a_motor_that_does_not_exist_is_out_of_range() {
 /// D2-8, D-52
 #[test]
 fn after_a_hard_stop_only_stops_and_questions_are_accepted() {
-    let limit = |upper| Input::Limit { motor: Motor(2), upper };
+    let limit = |upper| Input::Rig(Report::Limit { motor: Motor(2), upper });
     for (input, code) in [
         (limit(true), AckCode::ERR_HARD_UP),
         (limit(false), AckCode::ERR_HARD_LOW),
-        (Input::EmergencyStop(true), AckCode::ERR_GENERAL),
-        (Input::Fault(None), AckCode::ERR_GENERAL),
+        (Input::Rig(Report::EmergencyStop(true)), AckCode::ERR_GENERAL),
+        (Input::Rig(Report::Fault(None)), AckCode::ERR_GENERAL),
     ] {
         let mut bench = Bench::on_frame();
         bench.step(input);
@@ -153,7 +153,7 @@ fn positions_are_reported_while_a_motor_moves() {
     );
     let (said, _) = bench.pass(1000);
     assert_eq!(said, vec![Said::Positions(UNASKED, 0); 10], "every 100 ms");
-    bench.step(Input::Moving(Motors(0b1000)));
+    bench.step(Input::Rig(Report::Moving(Motors(0b1000))));
     let (said, _) = bench.asked(status());
     assert_eq!(said, [Said::Other(bench.id(), Contents::Status(Motors(0b1000)))]);
 }
@@ -225,7 +225,7 @@ fn a_limit_switch_stops_everything_hard() {
     for mut bench in Bench::everywhere() {
         let has_job = matches!(bench.state(), State::PreRoll | State::Ready | State::Running | State::PostRoll);
         for (upper, reason) in [(true, StopReason::UPPER_LIMIT), (false, StopReason::LOWER_LIMIT)] {
-            let (said, events) = bench.step(Input::Limit { motor: Motor(2), upper });
+            let (said, events) = bench.step(Input::Rig(Report::Limit { motor: Motor(2), upper }));
             assert_eq!(said, [Said::Other(UNASKED, Contents::HardStop(reason, Some(Motor(2))))]);
             let mut expected = vec![Event::Stop(StopKind::Hard)];
             if has_job && upper {
@@ -236,7 +236,7 @@ fn a_limit_switch_stops_everything_hard() {
         }
     }
     let mut bench = Bench::new();
-    let (said, _) = bench.step(Input::Fault(Some(Motor(3))));
+    let (said, _) = bench.step(Input::Rig(Report::Fault(Some(Motor(3)))));
     let fault = Contents::HardStop(StopReason::ENGINE_EXCEPTION, Some(Motor(3)));
     assert_eq!(said, [Said::Other(UNASKED, fault)]);
 }
@@ -245,7 +245,7 @@ fn a_limit_switch_stops_everything_hard() {
 #[test]
 fn the_emergency_stop_stops_everything_hard() {
     for mut bench in Bench::everywhere() {
-        let (said, events) = bench.step(Input::EmergencyStop(true));
+        let (said, events) = bench.step(Input::Rig(Report::EmergencyStop(true)));
         assert_eq!(said, [Said::Other(UNASKED, Contents::HardStop(StopReason::EMERGENCY_STOP, None))]);
         assert_eq!(events[0], Event::Stop(StopKind::Hard));
         assert_eq!(bench.state(), State::Locked);
@@ -257,7 +257,7 @@ fn the_emergency_stop_stops_everything_hard() {
 fn a_lock_ends_some_time_after_rest_with_the_emergency_stop_released() {
     let mut bench = Bench::new();
     bench.asked(jog(2));
-    bench.step(Input::Limit { motor: Motor(2), upper: true });
+    bench.step(Input::Rig(Report::Limit { motor: Motor(2), upper: true }));
     let (said, events) = bench.pass(10_000);
     assert_eq!((said.len(), events), (100, vec![]), "positions are reported while motors move");
     assert_eq!(bench.rests().0, [Said::Positions(UNASKED, 0)]);
@@ -266,17 +266,17 @@ fn a_lock_ends_some_time_after_rest_with_the_emergency_stop_released() {
     assert_eq!(bench.pass(1), (vec![], vec![Event::Unlocked]), "the lock ends, although the switch is still pressed");
     assert_eq!((bench.state(), bench.wake), (State::Idle, None));
 
-    bench.step(Input::EmergencyStop(true));
+    bench.step(Input::Rig(Report::EmergencyStop(true)));
     bench.rests();
     assert_eq!(bench.pass(60_000), (vec![], vec![]), "the lock lasts as long as the emergency stop is pressed");
-    bench.step(Input::Limit { motor: Motor(2), upper: true });
+    bench.step(Input::Rig(Report::Limit { motor: Motor(2), upper: true }));
     bench.rests();
     assert_eq!(bench.pass(60_000), (vec![], vec![]), "a limit during the lock changes nothing");
-    assert_eq!(bench.step(Input::EmergencyStop(false)), (vec![], vec![Event::Unlocked]));
+    assert_eq!(bench.step(Input::Rig(Report::EmergencyStop(false))), (vec![], vec![Event::Unlocked]));
     assert_eq!(bench.state(), State::Idle);
 
-    bench.step(Input::EmergencyStop(true));
-    assert_eq!(bench.step(Input::EmergencyStop(false)), (vec![], vec![]), "motors still move");
+    bench.step(Input::Rig(Report::EmergencyStop(true)));
+    assert_eq!(bench.step(Input::Rig(Report::EmergencyStop(false))), (vec![], vec![]), "motors still move");
     bench.rests();
     assert_eq!(bench.pass(2000), (vec![], vec![Event::Unlocked]));
 }
@@ -379,7 +379,7 @@ fn a_new_position_is_acknowledged_and_then_reported() {
 fn a_change_of_inputs_is_reported() {
     for mut bench in Bench::everywhere() {
         let told = |id| Said::Other(id, Contents::Inputs(Triggers(0b101)));
-        assert_eq!(bench.step(Input::Inputs(Triggers(0b101))), (vec![told(UNASKED)], vec![]));
+        assert_eq!(bench.step(Input::Rig(Report::Inputs(Triggers(0b101)))), (vec![told(UNASKED)], vec![]));
         let (said, _) = bench.asked(GioInRequest::default().into());
         assert_eq!(said, [told(bench.id())]);
     }
@@ -509,7 +509,7 @@ fn an_aim_is_confirmed_or_refused() {
     assert_eq!(bench.state(), State::Moving, "motors follow the aim");
     let (said, events) = bench.asked_with(aim(), AckCode::ERR_RANGE);
     assert_eq!((said, events), (vec![bench.ack(&aim(), AckCode::ERR_RANGE)], vec![]));
-    assert_eq!(bench.step(Input::Aimed), (vec![Said::Other(UNASKED, Contents::Aim)], vec![]));
+    assert_eq!(bench.step(Input::Rig(Report::Aimed)), (vec![Said::Other(UNASKED, Contents::Aim)], vec![]));
     let (said, _) = bench.asked(VirtGetPosition::default().into());
     assert_eq!(said, [Said::Other(bench.id(), Contents::VirtualPositions)]);
     bench.rests();
@@ -558,7 +558,7 @@ fn quirks_are_differences_of_real_devices() {
     assert_eq!(said, [Said::Positions(UNASKED, 0), bench.ack(&reset(1), AckCode::OK)]);
     let (said, _) = bench.asked(move_to(1, 5));
     assert_eq!(said, [bench.ack(&move_to(1, 5), AckCode::OK)]);
-    bench.step(Input::Limit { motor: Motor(1), upper: true });
+    bench.step(Input::Rig(Report::Limit { motor: Motor(1), upper: true }));
     bench.refuses(move_to(1, 5), AckCode::ERR_HARD_LOW);
 
     let machine = bench.machine.clone();
@@ -580,8 +580,8 @@ fn times_of_a_device_are_options() {
     bench.asked(stop_all());
     bench.pass(10);
     bench.takes(stop_all(), Event::Stop(StopKind::All { silent: false }));
-    bench.step(Input::EmergencyStop(true));
-    bench.step(Input::EmergencyStop(false));
+    bench.step(Input::Rig(Report::EmergencyStop(true)));
+    bench.step(Input::Rig(Report::EmergencyStop(false)));
     bench.rests();
     assert_eq!(bench.pass(19), (vec![], vec![]));
     assert_eq!(bench.pass(1), (vec![], vec![Event::Unlocked]));
@@ -591,11 +591,11 @@ fn times_of_a_device_are_options() {
 fn a_report_that_does_not_fit_is_unexpected() {
     let mut bench = Bench::new();
     for input in [
-        Input::Moving(Motors(1)),
-        Input::AtFrame(frame(1)),
-        Input::PassEnd,
-        Input::OperatorGo,
-        Input::EmergencyStop(false),
+        Input::Rig(Report::Moving(Motors(1))),
+        Input::Rig(Report::AtFrame(frame(1))),
+        Input::Rig(Report::PassEnd),
+        Input::Rig(Report::OperatorGo),
+        Input::Rig(Report::EmergencyStop(false)),
     ] {
         assert_eq!(bench.step(input), (vec![], vec![Event::UnexpectedReport]));
     }
@@ -657,7 +657,7 @@ fn a_device_with_one_lock_code_looks_at_nothing_else() {
     for (quirks, code) in [(Quirks(0), AckCode::ERR_RANGE), (Quirks::ONE_LOCK_CODE, AckCode::ERR_HARD_LOW)] {
         let mut bench = Bench::quirky(quirks);
         bench.asked(jog(3));
-        bench.step(Input::Limit { motor: Motor(3), upper: true });
+        bench.step(Input::Rig(Report::Limit { motor: Motor(3), upper: true }));
         bench.refuses(jog(33), code);
         let malformed = bench.step(Input::Malformed(MessageId(9), MessageType(0x0031))).0;
         let code = if code == AckCode::ERR_RANGE { AckCode::ERR_GENERAL } else { code };

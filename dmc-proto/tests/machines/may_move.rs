@@ -193,7 +193,7 @@ fn a_device_may_move_from_what_it_is_told_until_rest() {
     for mut bench in Bench::everywhere() {
         let state = bench.state();
         assert_eq!(bench.machine.may_move(), state != State::Idle, "{state:?}");
-        bench.step(device::Input::EmergencyStop(true));
+        bench.step(device::Input::Rig(device::Report::EmergencyStop(true)));
         assert!(bench.machine.may_move(), "after {state:?}, motors take time to come to rest");
         bench.rests();
         assert!(!bench.machine.may_move(), "after {state:?}, all motors rest");
@@ -239,7 +239,7 @@ fn a_shutter_may_be_open_until_the_end_of_its_run_is_told() {
             bench
         };
         let mut bench = begun();
-        bench.step(device::Input::PassEnd);
+        bench.step(device::Input::Rig(device::Report::PassEnd));
         assert!(bench.machine.may_move(), "the motors come to rest");
         bench.rests();
         assert!(!bench.machine.may_move());

@@ -79,15 +79,15 @@ pub(crate) fn report(what: u8, which: u8) -> device::Input<'static> {
     match what {
         0 => device::Input::LinkUp,
         1 => device::Input::LinkDown,
-        2 => device::Input::Moving(Motors(which.into())),
-        3..=6 => device::Input::AtRest,
-        7 => device::Input::AtFrame(frame(which.into())),
-        8 => device::Input::PassEnd,
-        9 => device::Input::OperatorGo,
-        10 => device::Input::Limit { motor, upper: which > 100 },
-        11 => device::Input::EmergencyStop(which > 100),
-        12 => device::Input::Fault(Some(motor)),
-        13 => device::Input::Inputs(Triggers(which.into())),
+        2 => device::Input::Rig(device::Report::Moving(Motors(which.into()))),
+        3..=6 => device::Input::Rig(device::Report::AtRest),
+        7 => device::Input::Rig(device::Report::AtFrame(frame(which.into()))),
+        8 => device::Input::Rig(device::Report::PassEnd),
+        9 => device::Input::Rig(device::Report::OperatorGo),
+        10 => device::Input::Rig(device::Report::Limit { motor, upper: which > 100 }),
+        11 => device::Input::Rig(device::Report::EmergencyStop(which > 100)),
+        12 => device::Input::Rig(device::Report::Fault(Some(motor))),
+        13 => device::Input::Rig(device::Report::Inputs(Triggers(which.into()))),
         14 => device::Input::Corrupt(MessageId(which.into()), MessageType(0x0030)),
         _ => device::Input::Wake,
     }
@@ -136,8 +136,12 @@ fn device_step<'a>(device: &mut Watched<DeviceMachine>, now: Millis, input: devi
                     || before == State::Running && matches!(event, device::Event::Move(..) | device::Event::Jog(..))
             }
             (device::Event::Prepare(_), device::Input::Received { .. }) => before == State::Idle,
-            (device::Event::Go, device::Input::Received { .. } | device::Input::OperatorGo) => before == State::Ready,
-            (device::Event::NextPass(..) | device::Event::PostRoll, device::Input::PassEnd) => before == State::Running,
+            (device::Event::Go, device::Input::Received { .. } | device::Input::Rig(device::Report::OperatorGo)) => {
+                before == State::Ready
+            }
+            (device::Event::NextPass(..) | device::Event::PostRoll, device::Input::Rig(device::Report::PassEnd)) => {
+                before == State::Running
+            }
             (device::Event::Move(..) | device::Event::Prepare(_) | device::Event::Go, _) => false,
             _ => true,
         };
@@ -357,7 +361,7 @@ proptest! {
             }
             // Sometimes an answer of the buffer comes late.
             while stores.len() > usize::from(gap % 3 == 1) {
-                let output = device_step(&mut device, now, device::Input::Stored(stores.remove(0), AckCode::OK));
+                let output = device_step(&mut device, now, device::Input::Rig(device::Report::Stored(stores.remove(0), AckCode::OK)));
                 assert_eq!(output.transmits().filter(|transmit| transmit.id == id).count(), 1);
             }
         }

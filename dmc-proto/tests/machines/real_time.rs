@@ -1,6 +1,6 @@
 //! Device: uploads, runs and shots. DMC D3.
 
-use dmc_proto::device::{Contents, Event, Input, Options, Quirks, State, StopKind};
+use dmc_proto::device::{Contents, Event, Input, Options, Quirks, Report, State, StopKind};
 use dmc_proto::message::{
     AckCode, BlurPercent, Direction, FramesPerSecond, HostMessage, JogSpeed, Milliseconds, Motor, MotorConfigure,
     MotorFlags, MotorJog, MotorPair, MotorStatusRequest, Motors, RtGo, RtShootFrame, RtStopLoop, RtUploadMoveEnd,
@@ -65,7 +65,7 @@ fn the_buffer_decides_about_a_section() {
         let (said, events) = bench.asked(message);
         let [Event::Store { store, .. }] = events[..] else { panic!("{events:?}") };
         assert_eq!(said, [], "the answer comes after the buffer has stored the section");
-        let (said, _) = bench.step(Input::Stored(store, AckCode::ERR_RANGE));
+        let (said, _) = bench.step(Input::Rig(Report::Stored(store, AckCode::ERR_RANGE)));
         assert_eq!(said, [bench.ack(&message, AckCode::ERR_RANGE)]);
     }
     bench.refuses(axis(9), AckCode::ERR_RANGE);
@@ -108,7 +108,7 @@ fn a_begin_that_is_not_stored_leaves_no_move() {
     let (_, events) = bench.asked(begin(1, 5));
     let [Event::Store { store, .. }] = events[..] else { panic!("{events:?}") };
     bench.refuses(position_frame(1), AckCode::ERR_GENERAL);
-    bench.step(Input::Stored(store, AckCode::ERR_RANGE));
+    bench.step(Input::Rig(Report::Stored(store, AckCode::ERR_RANGE)));
     bench.refuses(position_frame(1), AckCode::ERR_GENERAL);
 }
 
@@ -169,7 +169,7 @@ fn all_motors_jog_from_a_frame() {
 fn a_jog_of_all_can_get_another_destination() {
     let mut bench = Bench::on_frame();
     bench.asked(jog_all(5));
-    bench.step(Input::AtFrame(frame(3)));
+    bench.step(Input::Rig(Report::AtFrame(frame(3))));
     bench.refuses(jog_all(11), AckCode::ERR_RANGE);
     bench.takes(jog_all(2), Event::JogAll(FramesPerSecond(Scaled(24_000)), frame(2)));
     bench.rests();
@@ -183,7 +183,10 @@ fn each_frame_of_a_jog_of_all_is_reported() {
     bench.asked(jog_all(5));
     for number in 2..=5 {
         bench.pass(42);
-        assert_eq!(bench.step(Input::AtFrame(frame(number))), (vec![Said::Positions(UNASKED, number)], vec![]));
+        assert_eq!(
+            bench.step(Input::Rig(Report::AtFrame(frame(number)))),
+            (vec![Said::Positions(UNASKED, number)], vec![])
+        );
     }
 }
 
@@ -310,9 +313,9 @@ fn the_operator_starts_a_run() {
     let mut bench = Bench::on_frame();
     bench.asked(run(1, 10, ONCE));
     bench.rests();
-    assert_eq!(bench.step(Input::OperatorGo), (vec![Said::Other(UNASKED, Contents::Go)], vec![Event::Go]));
+    assert_eq!(bench.step(Input::Rig(Report::OperatorGo)), (vec![Said::Other(UNASKED, Contents::Go)], vec![Event::Go]));
     assert_eq!(bench.state(), State::Running);
-    assert_eq!(bench.step(Input::OperatorGo), (vec![], vec![Event::UnexpectedReport]));
+    assert_eq!(bench.step(Input::Rig(Report::OperatorGo)), (vec![], vec![Event::UnexpectedReport]));
 }
 
 /// D3-21
@@ -321,7 +324,10 @@ fn each_frame_of_a_run_is_reported() {
     let mut bench = running(1, 10, ONCE);
     for number in 1..=10 {
         bench.pass(50);
-        assert_eq!(bench.step(Input::AtFrame(frame(number))), (vec![Said::Positions(UNASKED, number)], vec![]));
+        assert_eq!(
+            bench.step(Input::Rig(Report::AtFrame(frame(number)))),
+            (vec![Said::Positions(UNASKED, number)], vec![])
+        );
     }
     let (said, _) = bench.pass(100);
     assert_eq!(said, [Said::Positions(UNASKED, 10)], "without new frames, positions are reported regularly");
@@ -332,7 +338,7 @@ fn each_frame_of_a_run_is_reported() {
 fn the_end_of_a_run_is_reported_before_its_post_roll() {
     let mut bench = running(1, 10, ONCE);
     let ended = vec![Said::Positions(UNASKED, 10), Said::Other(UNASKED, Contents::End)];
-    assert_eq!(bench.step(Input::PassEnd), (ended, vec![Event::TriggersOff, Event::PostRoll]));
+    assert_eq!(bench.step(Input::Rig(Report::PassEnd)), (ended, vec![Event::TriggersOff, Event::PostRoll]));
     assert_eq!(bench.state(), State::PostRoll);
 
     let shoot = |options| {
@@ -341,7 +347,7 @@ fn the_end_of_a_run_is_reported_before_its_post_roll() {
         bench.asked(shot(3));
         bench.rests();
         bench.asked(go());
-        bench.step(Input::PassEnd).0
+        bench.step(Input::Rig(Report::PassEnd)).0
     };
     let options = Options::of(hi());
     assert_eq!(shoot(options), [Said::Positions(UNASKED, 3), Said::Other(UNASKED, Contents::End)]);
@@ -353,13 +359,13 @@ fn the_end_of_a_run_is_reported_before_its_post_roll() {
 fn a_loop_begins_again_and_a_ping_pong_turns_round() {
     let mut bench = running(1, 10, RunFlags::LOOP);
     for _ in 0..3 {
-        assert_eq!(bench.step(Input::PassEnd), (vec![], vec![Event::NextPass(frame(1), frame(10))]));
+        assert_eq!(bench.step(Input::Rig(Report::PassEnd)), (vec![], vec![Event::NextPass(frame(1), frame(10))]));
         assert_eq!(bench.state(), State::Running);
     }
     for flags in [RunFlags::PING_PONG, RunFlags::PING_PONG | RunFlags::LOOP] {
         let mut bench = running(1, 10, flags);
-        assert_eq!(bench.step(Input::PassEnd), (vec![], vec![Event::NextPass(frame(10), frame(1))]));
-        assert_eq!(bench.step(Input::PassEnd), (vec![], vec![Event::NextPass(frame(1), frame(10))]));
+        assert_eq!(bench.step(Input::Rig(Report::PassEnd)), (vec![], vec![Event::NextPass(frame(10), frame(1))]));
+        assert_eq!(bench.step(Input::Rig(Report::PassEnd)), (vec![], vec![Event::NextPass(frame(1), frame(10))]));
     }
     let mut bench = Bench::of(Options::of(hi()).with_quirks(Quirks::END_PER_PASS));
     bench.load();
@@ -368,7 +374,7 @@ fn a_loop_begins_again_and_a_ping_pong_turns_round() {
     bench.asked(run(1, 10, RunFlags::LOOP));
     bench.rests();
     bench.asked(go());
-    assert_eq!(bench.step(Input::PassEnd).0, [Said::Other(UNASKED, Contents::End)]);
+    assert_eq!(bench.step(Input::Rig(Report::PassEnd)).0, [Said::Other(UNASKED, Contents::End)]);
     assert_eq!(bench.state(), State::Running);
 }
 
@@ -377,10 +383,10 @@ fn a_loop_begins_again_and_a_ping_pong_turns_round() {
 fn a_loop_ends_at_its_next_end_point() {
     for (flags, end) in [(RunFlags::LOOP, 10), (RunFlags::PING_PONG, 1)] {
         let mut bench = running(1, 10, flags);
-        bench.step(Input::PassEnd);
+        bench.step(Input::Rig(Report::PassEnd));
         bench.takes(stop_loop(), Event::LastPass);
         assert_eq!(bench.state(), State::Running);
-        let (said, _) = bench.step(Input::PassEnd);
+        let (said, _) = bench.step(Input::Rig(Report::PassEnd));
         assert_eq!(said, [Said::Positions(UNASKED, end), Said::Other(UNASKED, Contents::End)]);
         bench.rests();
         assert_eq!(bench.machine.on_frame(), Some(frame(end)));
@@ -405,7 +411,7 @@ fn a_request_to_end_a_loop_is_acknowledged_without_a_loop() {
 #[test]
 fn after_the_post_roll_the_device_is_on_the_last_frame() {
     let mut bench = running(1, 10, ONCE);
-    bench.step(Input::PassEnd);
+    bench.step(Input::Rig(Report::PassEnd));
     assert_eq!(bench.rests(), (vec![Said::Positions(UNASKED, 10)], vec![]));
     assert_eq!((bench.state(), bench.machine.on_frame()), (State::Idle, Some(frame(10))));
     bench.takes_as(run(10, 1, ONCE), Event::Prepare);
@@ -435,7 +441,7 @@ fn a_device_may_rest_one_frame_beyond_a_run() {
         bench.asked(run(from, to, RunFlags(0)));
         bench.rests();
         bench.asked(go());
-        bench.step(Input::PassEnd);
+        bench.step(Input::Rig(Report::PassEnd));
         bench.rests();
         assert_eq!(bench.machine.on_frame(), Some(frame(rests)));
     }
@@ -461,7 +467,7 @@ fn a_device_may_stay_after_a_shot() {
     bench.asked(shot(3));
     bench.rests();
     bench.asked(go());
-    bench.step(Input::PassEnd);
+    bench.step(Input::Rig(Report::PassEnd));
     bench.rests();
     assert_eq!((bench.state(), bench.machine.on_frame()), (State::Idle, None));
 }
@@ -540,7 +546,7 @@ fn a_device_may_be_busy_after_a_run() {
     bench.asked(run(1, 5, RunFlags(0)));
     bench.rests();
     bench.asked(go());
-    bench.step(Input::PassEnd);
+    bench.step(Input::Rig(Report::PassEnd));
     assert_eq!(bench.state(), State::PostRoll);
     bench.refuses(position_frame(1), AckCode::ERR_MOVING);
     bench.rests();

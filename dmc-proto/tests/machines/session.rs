@@ -291,15 +291,15 @@ fn request(id: u32, message: &HostMessage<'_>) -> Vec<u8> {
 /// Gives a report of the rig to a session, as [`report`] makes it.
 fn tell(session: &mut device::Session, report: device::Input<'_>) {
     let told = match report {
-        device::Input::Moving(motors) => session.moving(motors),
-        device::Input::AtRest => session.at_rest(),
-        device::Input::AtFrame(frame) => session.at_frame(frame),
-        device::Input::PassEnd => session.pass_end(),
-        device::Input::OperatorGo => session.operator_go(),
-        device::Input::Limit { motor, upper } => session.limit(motor, upper),
-        device::Input::EmergencyStop(pressed) => session.emergency_stop(pressed),
-        device::Input::Fault(motor) => session.fault(motor),
-        device::Input::Inputs(inputs) => session.inputs(inputs),
+        device::Input::Rig(device::Report::Moving(motors)) => session.moving(motors),
+        device::Input::Rig(device::Report::AtRest) => session.at_rest(),
+        device::Input::Rig(device::Report::AtFrame(frame)) => session.at_frame(frame),
+        device::Input::Rig(device::Report::PassEnd) => session.pass_end(),
+        device::Input::Rig(device::Report::OperatorGo) => session.operator_go(),
+        device::Input::Rig(device::Report::Limit { motor, upper }) => session.limit(motor, upper),
+        device::Input::Rig(device::Report::EmergencyStop(pressed)) => session.emergency_stop(pressed),
+        device::Input::Rig(device::Report::Fault(motor)) => session.fault(motor),
+        device::Input::Rig(device::Report::Inputs(inputs)) => session.inputs(inputs),
         other => panic!("{other:?}"),
     };
     told.unwrap();
@@ -392,12 +392,12 @@ proptest! {
                 DeviceOp::Pass(millis) => now = now.after(*millis),
                 DeviceOp::Stop(what, which) => {
                     let waits = report(*what, *which);
-                    if !matches!(waits, device::Input::EmergencyStop(_)) {
+                    if !matches!(waits, device::Input::Rig(device::Report::EmergencyStop(_))) {
                         tell(&mut session, waits);
                     }
                     session.stop().unwrap();
-                    expected = plain.give(now, device::Input::EmergencyStop(true));
-                    if !matches!(waits, device::Input::EmergencyStop(_)) {
+                    expected = plain.give(now, device::Input::Rig(device::Report::EmergencyStop(true)));
+                    if !matches!(waits, device::Input::Rig(device::Report::EmergencyStop(_))) {
                         expected.extend(plain.give(now, waits));
                     }
                 }
@@ -428,13 +428,13 @@ proptest! {
             prop_assert!(session.may_move() || session.machine().moving() == Motors::NONE, "after {:?}", op);
             if let DeviceOp::Stop(..) = op {
                 session.at_rest().unwrap();
-                let expected = plain.give(now, device::Input::AtRest);
+                let expected = plain.give(now, device::Input::Rig(device::Report::AtRest));
                 prop_assert_eq!(device_poll(&mut session, now, &mut room).0, expected);
                 prop_assert!(!session.may_move(), "after {:?}", op);
             }
             for store in std::mem::take(&mut plain.stores) {
                 session.stored(store, AckCode::OK).unwrap();
-                let expected = plain.give(now, device::Input::Stored(store, AckCode::OK));
+                let expected = plain.give(now, device::Input::Rig(device::Report::Stored(store, AckCode::OK)));
                 prop_assert_eq!(device_poll(&mut session, now, &mut room).0, expected);
             }
         }

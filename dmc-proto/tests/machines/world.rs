@@ -234,7 +234,7 @@ impl World {
         }
         self.check_motion();
         if let Some(store) = stored {
-            self.tell_device(device::Input::Stored(store, AckCode::OK));
+            self.tell_device(device::Input::Rig(device::Report::Stored(store, AckCode::OK)));
         }
     }
 
@@ -301,14 +301,14 @@ impl World {
         if self.motion != Motion::Running {
             let is_prepared = matches!(self.motion, Motion::Preparing | Motion::Prepared);
             self.motion = if is_prepared { Motion::Prepared } else { Motion::Rest };
-            return self.tell_device(device::Input::AtRest);
+            return self.tell_device(device::Input::Rig(device::Report::AtRest));
         }
         if self.frames_left == 0 {
-            return self.tell_device(device::Input::PassEnd);
+            return self.tell_device(device::Input::Rig(device::Report::PassEnd));
         }
         self.frames_left -= 1;
         self.rig_due = Some(self.both.now.after(100));
-        self.tell_device(device::Input::AtFrame(FrameNumber(10 - self.frames_left)));
+        self.tell_device(device::Input::Rig(device::Report::AtFrame(FrameNumber(10 - self.frames_left))));
     }
 
     pub(crate) fn act(&mut self, action: Action) {
@@ -335,12 +335,14 @@ impl World {
             Action::Shot => self.command(Command::Sequence(shot(5))),
             Action::Go => self.command(Command::Go),
             Action::Stop(target) => self.stop(target),
-            Action::OperatorGo => self.tell_device(device::Input::OperatorGo),
-            Action::Limit(motor) => self.tell_device(device::Input::Limit { motor: Motor(motor), upper: true }),
+            Action::OperatorGo => self.tell_device(device::Input::Rig(device::Report::OperatorGo)),
+            Action::Limit(motor) => {
+                self.tell_device(device::Input::Rig(device::Report::Limit { motor: Motor(motor), upper: true }));
+            }
             Action::Emergency => {
-                self.tell_device(device::Input::EmergencyStop(true));
+                self.tell_device(device::Input::Rig(device::Report::EmergencyStop(true)));
                 self.pass(50);
-                self.tell_device(device::Input::EmergencyStop(false));
+                self.tell_device(device::Input::Rig(device::Report::EmergencyStop(false)));
             }
             Action::LinkDown => {
                 self.both.cut();

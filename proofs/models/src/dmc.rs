@@ -279,7 +279,7 @@ impl Dmc {
             }
         }
         if let Some(store) = stored {
-            self.tell_device(world, device::Input::Stored(store, AckCode::OK));
+            self.tell_device(world, device::Input::Rig(device::Report::Stored(store, AckCode::OK)));
         }
     }
 
@@ -352,16 +352,16 @@ impl Dmc {
             }
             Action::Limit => {
                 world.mishaps.limits -= 1;
-                self.tell_device(world, device::Input::Limit { motor: Motor(1), upper: true });
+                self.tell_device(world, device::Input::Rig(device::Report::Limit { motor: Motor(1), upper: true }));
             }
             Action::Emergency => {
                 world.mishaps.emergencies -= 1;
                 world.rig.pressed = true;
-                self.tell_device(world, device::Input::EmergencyStop(true));
+                self.tell_device(world, device::Input::Rig(device::Report::EmergencyStop(true)));
             }
             Action::Operator => {
                 world.mishaps.operators -= 1;
-                self.tell_device(world, device::Input::OperatorGo);
+                self.tell_device(world, device::Input::Rig(device::Report::OperatorGo));
             }
             Action::Cut => {
                 world.mishaps.cuts -= 1;

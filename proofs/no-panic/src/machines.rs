@@ -191,7 +191,7 @@ fn dmc_host(input: &[u8], out: &mut dyn Write) -> fmt::Result {
 /// Reads bytes as events of a device of DMC.
 fn dmc_device(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     use dmc_proto::Effect;
-    use dmc_proto::device::{DeviceMachine, Event, Input, Options, Quirks, Rig, Scratch};
+    use dmc_proto::device::{DeviceMachine, Event, Input, Options, Quirks, Report, Rig, Scratch};
     use dmc_proto::message::{AckCode, FrameNumber, Hi, Motor, Motors, Steps, Triggers};
     use dmc_proto::{HostMessage, MessageId, MessageType, Millis};
     use motion_core::wire::Messages;
@@ -219,14 +219,14 @@ fn dmc_device(input: &[u8], out: &mut dyn Write) -> fmt::Result {
         let input = match what % 16 {
             0 => Input::LinkUp,
             1 => Input::LinkDown,
-            2 => Input::AtRest,
-            3 => Input::AtFrame(FrameNumber(i32::from(number))),
-            4 => Input::PassEnd,
-            5 => Input::OperatorGo,
-            6 => Input::Limit { motor: Motor(kind), upper: high > 9 },
-            7 => Input::EmergencyStop(kind > 9),
-            8 => Input::Inputs(Triggers(kind.into())),
-            9 => Input::Moving(Motors(kind.into())),
+            2 => Input::Rig(Report::AtRest),
+            3 => Input::Rig(Report::AtFrame(FrameNumber(i32::from(number)))),
+            4 => Input::Rig(Report::PassEnd),
+            5 => Input::Rig(Report::OperatorGo),
+            6 => Input::Rig(Report::Limit { motor: Motor(kind), upper: high > 9 }),
+            7 => Input::Rig(Report::EmergencyStop(kind > 9)),
+            8 => Input::Rig(Report::Inputs(Triggers(kind.into()))),
+            9 => Input::Rig(Report::Moving(Motors(kind.into()))),
             10 => Input::Corrupt(id, MessageType(number)),
             11 => Input::Wake,
             _ => match HostMessage::decode_body(number.into(), body) {
@@ -240,7 +240,7 @@ fn dmc_device(input: &[u8], out: &mut dyn Write) -> fmt::Result {
         for effect in output {
             match effect {
                 Effect::Event(Event::Store { store, .. }) => {
-                    writeln!(out, "{:?}", machine.advance(now, Input::Stored(store, AckCode::OK)))?;
+                    writeln!(out, "{:?}", machine.advance(now, Input::Rig(Report::Stored(store, AckCode::OK))))?;
                 }
                 Effect::Event(event) => writeln!(out, "{event}")?,
                 Effect::Transmit(transmit) => {

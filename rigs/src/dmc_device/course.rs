@@ -1,6 +1,6 @@
 //! Motion of all motors together, moment by moment.
 
-use dmc_proto::device::{Input, Quirks, State};
+use dmc_proto::device::{Input, Quirks, Report, State};
 use dmc_proto::message::{FrameNumber, Motor as Number, RunFlags, Triggers};
 use motion_core::profile::Limits;
 use tracing::{debug, info, warn};
@@ -177,7 +177,7 @@ impl Core {
                 }
             }
         } else if is_new && self.state == State::JogAll {
-            self.report = Some(Input::AtFrame(FrameNumber(this)));
+            self.report = Some(Input::Rig(Report::AtFrame(FrameNumber(this))));
         }
     }
 
@@ -263,7 +263,7 @@ impl Core {
             motor.halt(now);
             warn!(motor = %number, speed = place.velocity, "too fast for the motor, which is stuck");
             self.course = Course::Free;
-            self.report = Some(Input::Fault(Some(number)));
+            self.report = Some(Input::Rig(Report::Fault(Some(number))));
         }
     }
 
@@ -296,7 +296,7 @@ impl Core {
         }
         run.told = Some(frame);
         self.at_frame(frame);
-        self.report = Some(Input::AtFrame(FrameNumber(frame)));
+        self.report = Some(Input::Rig(Report::AtFrame(FrameNumber(frame))));
     }
 
     /// Does everything that follows the motors at a frame: photos, outputs and lights.
@@ -326,7 +326,7 @@ impl Core {
         self.film = run.job.film;
         info!(to, "a pass ends");
         self.at_frame(to);
-        self.report = Some(Input::PassEnd);
+        self.report = Some(Input::Rig(Report::PassEnd));
     }
 
     /// Continues when the motors rest after a pass: they return to its last frame, or go to the start of the next pass.

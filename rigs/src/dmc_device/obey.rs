@@ -1,6 +1,6 @@
 //! Events of the machine, carried out by the motors.
 
-use dmc_proto::device::{Event, Input, State, StopKind};
+use dmc_proto::device::{Event, Input, Report, State, StopKind};
 use dmc_proto::message::{
     Acceleration, CameraFlags, FrameNumber, HostMessage, JogSpeed, Motor as Number, MotorSetSpeed, Speed, Steps,
 };
@@ -31,7 +31,7 @@ impl Core {
             Event::Apply(message) => self.apply(&message),
             Event::Store { store, message } => {
                 let code = self.store.receive(&message);
-                self.report = Some(Input::Stored(store, code));
+                self.report = Some(Input::Rig(Report::Stored(store, code)));
             }
             Event::Move(motor, to) => {
                 info!(%motor, %to, "goes");

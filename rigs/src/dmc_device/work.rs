@@ -2,7 +2,7 @@
 
 use std::mem;
 
-use dmc_proto::device::{Input, Next, NotTaken, Quirks, State};
+use dmc_proto::device::{Input, Next, NotTaken, Quirks, Report, State};
 use dmc_proto::message::{Ack, AckCode, DeviceMessage, Motors};
 use dmc_proto::{Frame, Header};
 use motion_core::time::Millis;
@@ -22,10 +22,10 @@ impl DmcDevice {
         let mut bytes = [0; 256];
         loop {
             note(match self.core.report.take() {
-                Some(Input::Stored(store, code)) => self.session.stored(store, code),
-                Some(Input::AtFrame(frame)) => self.session.at_frame(frame),
-                Some(Input::PassEnd) => self.session.pass_end(),
-                Some(Input::Fault(motor)) => self.session.fault(motor),
+                Some(Input::Rig(Report::Stored(store, code))) => self.session.stored(store, code),
+                Some(Input::Rig(Report::AtFrame(frame))) => self.session.at_frame(frame),
+                Some(Input::Rig(Report::PassEnd)) => self.session.pass_end(),
+                Some(Input::Rig(Report::Fault(motor))) => self.session.fault(motor),
                 _ => Ok(()),
             });
             match self.session.poll(self.core.clock, &self.core, &mut bytes) {

@@ -73,17 +73,17 @@ impl Rig {
         match report {
             Report::Arrived(motor) => {
                 self.driven.0 &= !only(motor).0;
-                Input::Moving(self.driven)
+                Input::Rig(device::Report::Moving(self.driven))
             }
             Report::AtRest => {
                 self.doing = if self.doing == Doing::Preparing { Doing::Prepared } else { Doing::Rest };
                 self.driven = Motors::NONE;
-                Input::AtRest
+                Input::Rig(device::Report::AtRest)
             }
-            Report::PassEnd => Input::PassEnd,
+            Report::PassEnd => Input::Rig(device::Report::PassEnd),
             Report::Released => {
                 self.pressed = false;
-                Input::EmergencyStop(false)
+                Input::Rig(device::Report::EmergencyStop(false))
             }
         }
     }
