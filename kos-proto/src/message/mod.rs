@@ -99,6 +99,9 @@ messages! {
 
 messages! {
     /// Message from the device.
+    // A tag of its own. If the tag hides in a field of a body, code that decodes and matches cannot jump from one to the other:
+    // 117 instead of 92 instructions for a message of the small mix.
+    #[repr(u8)]
     pub enum DeviceMessage<'a> {
         /// Address of the device in the network, sent as an answer or unasked.
         0x0002_02_00 => NetworkInfo(NetworkInfo<'a>),
