@@ -1,6 +1,8 @@
 use core::marker::PhantomData;
 
-use zerocopy::ByteOrder;
+use zerocopy::{ByteOrder, FromBytes};
+
+use super::Element;
 
 /// Reader of fields from the front of a body, in the byte order `O`.
 ///
@@ -34,6 +36,16 @@ impl<'a, O: ByteOrder> Reader<'a, O> {
         let (head, rest) = self.rest.split_at_checked(len)?;
         self.rest = rest;
         Some(head)
+    }
+
+    /// Lends the next `count` elements. If there are fewer, takes nothing and gives `None`.
+    ///
+    /// Bytes that are cut off first and then read as elements would be divided by the size of an element.
+    #[inline]
+    pub(super) fn elements<T: Element>(&mut self, count: usize) -> Option<&'a [T]> {
+        let (elements, rest) = <[T]>::ref_from_prefix_with_elems(self.rest, count).ok()?;
+        self.rest = rest;
+        Some(elements)
     }
 
     /// Bytes that are not read yet. They stay unread.

@@ -288,7 +288,7 @@ impl<'a, T: Element> Part<'a> for &'a [T] {
     #[inline]
     fn take<O: ByteOrder>(reader: &mut Reader<'a, O>) -> Result<Self, usize> {
         let count = reader.rest().len().checked_div(size_of::<T>()).unwrap_or(0);
-        elements(reader, count).ok_or(0)
+        reader.elements(count).ok_or(0)
     }
 
     #[inline]
@@ -317,12 +317,6 @@ impl<'a, T: Element> Part<'a> for &'a [T] {
     }
 }
 
-/// Lends the next `count` elements.
-fn elements<'a, T: Element, O: ByteOrder>(reader: &mut Reader<'a, O>, count: usize) -> Option<&'a [T]> {
-    let bytes = reader.take(count.checked_mul(size_of::<T>())?)?;
-    <[T]>::ref_from_bytes(bytes).ok()
-}
-
 /// List whose elements are counted by a `u8` before them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(transparent)]
@@ -345,7 +339,7 @@ impl<'a, T: Element> Part<'a> for Counted<'a, T> {
     fn take<O: ByteOrder>(reader: &mut Reader<'a, O>) -> Result<Self, usize> {
         let count = u8::read(reader).ok_or(1usize)?;
         let count = usize::from(count);
-        elements(reader, count).map(Self).ok_or(count.saturating_mul(size_of::<T>()).saturating_add(1))
+        reader.elements(count).map(Self).ok_or(count.saturating_mul(size_of::<T>()).saturating_add(1))
     }
 
     #[inline]
