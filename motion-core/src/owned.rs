@@ -111,7 +111,7 @@ impl<S: Side, B: AsRef<[u8]>> Owned<S, B> {
     #[must_use]
     pub fn message(&self) -> S::Message<'_> {
         let body = self.body();
-        S::Message::decode_body(self.number, body).unwrap_or_else(|_| S::Message::other(self.number, body))
+        S::Message::decode_or_other(self.number, body)
     }
 
     /// The number of the message, as in the tables of the protocol.

@@ -34,7 +34,7 @@ impl<'a> LazyMessage<'a> {
             Form::Decoded(message) => message,
             Form::Data(selector, data) => {
                 let number = selector.number();
-                HostMessage::decode_body(number, data).unwrap_or_else(|_| HostMessage::other(number, data))
+                HostMessage::decode_or_other(number, data)
             }
         }
     }

@@ -128,15 +128,14 @@ impl Block<'_> {
     }
 }
 
-/// Takes a block off the front of `bytes`, and returns it with the remaining bytes.
-#[expect(clippy::inline_always, reason = "callers that need only the length then read nothing else")]
-#[inline(always)]
-fn split_block(bytes: &[u8]) -> Result<(Block<'_>, &[u8]), DecodeError> {
+/// Takes a block off the front of `bytes`, and returns its number, its data and the remaining bytes.
+#[inline]
+fn split_block(bytes: &[u8]) -> Result<(u32, &[u8], &[u8]), DecodeError> {
     let short = |needed| DecodeError::Truncated { what: "TrajectoryData.blocks", needed, have: bytes.len() };
     let (&[id, l0, l1], rest) = bytes.split_first_chunk().ok_or(short(Block::HEADER_LEN))?;
     let len = usize::from(u16::from_be_bytes([l0, l1]));
     let (data, rest) = rest.split_at_checked(len).ok_or(short(len.saturating_add(Block::HEADER_LEN)))?;
-    Ok((Block::decode_body(id.into(), data)?, rest))
+    Ok((id.into(), data, rest))
 }
 
 motion_core::__logged! {
@@ -186,7 +185,10 @@ impl<'a> Blocks<'a> {
     fn split(count: u8, bytes: &'a [u8]) -> Result<(Self, &'a [u8]), DecodeError> {
         let mut rest = bytes;
         for _ in 0..count {
-            rest = split_block(rest)?.1;
+            let (number, data, behind) = split_block(rest)?;
+            // The block is checked, and none of its fields is read.
+            Block::decode_with(number, data, |_| Ok(()), Err)?;
+            rest = behind;
         }
         let taken = bytes.get(..bytes.len().saturating_sub(rest.len())).unwrap_or(bytes);
         Ok((Self { count, bytes: taken }, rest))
@@ -259,9 +261,9 @@ impl<'a> Iterator for BlockIter<'a> {
     #[cfg_attr(not(target_os = "none"), inline(always))]
     #[allow(clippy::inline_always, reason = "the function that it calls is inlined too")]
     fn next(&mut self) -> Option<Block<'a>> {
-        let (block, behind) = split_block(self.bytes).ok()?;
+        let (number, data, behind) = split_block(self.bytes).ok()?;
         self.bytes = behind;
-        Some(block)
+        Block::decode_body(number, data).ok()
     }
 }
 

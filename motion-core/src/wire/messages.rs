@@ -26,7 +26,31 @@ pub trait Messages<'a>: Copy + PartialEq + fmt::Debug + fmt::Display + Fields {
     /// # Errors
     ///
     /// [`DecodeError`], if the number is known and the body is too short for it.
-    fn decode_body(number: u32, body: &'a [u8]) -> Result<Self, DecodeError>;
+    #[allow(clippy::inline_always, reason = "a program that knows what it gets reads only that")]
+    #[inline(always)]
+    fn decode_body(number: u32, body: &'a [u8]) -> Result<Self, DecodeError> {
+        Self::decode_with(number, body, Ok, Err)
+    }
+
+    /// Decodes the body of message `number`; an unknown number, and a body that is too short, give the variant `Other`.
+    #[allow(clippy::inline_always, reason = "a program that knows what it gets reads only that")]
+    #[inline(always)]
+    #[must_use]
+    fn decode_or_other(number: u32, body: &'a [u8]) -> Self {
+        Self::decode_with(number, body, |message| message, |_| Self::other(number, body))
+    }
+
+    /// Decodes the body of message `number`, and makes the result of the message or of the error. An unknown number gives the
+    /// variant `Other`.
+    ///
+    /// The result is made where the message is decoded. If it were made afterwards, each message would be put together
+    /// twice.
+    fn decode_with<R>(
+        number: u32,
+        body: &'a [u8],
+        decoded: impl Fn(Self) -> R,
+        refused: impl Fn(DecodeError) -> R,
+    ) -> R;
 
     /// Makes the variant `Other` from a number and a body, whatever the number is. If the number and the body are those of
     /// a message with a type of its own, it cannot be encoded.
@@ -264,13 +288,23 @@ macro_rules! messages {
 
                 #[allow(clippy::inline_always, reason = "a program that knows what it gets reads only that")]
                 #[inline(always)]
-                fn decode_body(number: u32, body: &$lt [u8]) -> Result<Self, DecodeError> {
+                fn decode_with<R>(
+                    number: u32,
+                    body: &$lt [u8],
+                    decoded: impl Fn(Self) -> R,
+                    refused: impl Fn(DecodeError) -> R,
+                ) -> R {
                     match $key(number) {
-                        $($numbers => {
-                            <$body as Message<$lt>>::decode_as(number, body).map(Self::$variant)
-                                $(.or_else(|_| <$or_body as Message<$lt>>::decode_as(number, body).map(Self::$or_variant)))?
+                        $($numbers => match <$body as Message<$lt>>::decode_as(number, body) {
+                            Ok(body) => decoded(Self::$variant(body)),
+                            $(Err(_) => match <$or_body as Message<$lt>>::decode_as(number, body) {
+                                Ok(body) => decoded(Self::$or_variant(body)),
+                                Err(error) => refused(error),
+                            },)?
+                            #[allow(unreachable_patterns, reason = "a row with two messages has no other error")]
+                            Err(error) => refused(error),
                         })*
-                        _ => Ok(Self::other(number, body)),
+                        _ => decoded(Self::other(number, body)),
                     }
                 }
 

@@ -261,12 +261,13 @@ macro_rules! __decode {
             ///
             /// Decoding cannot fail: a message that has no type, and a known one with data of another length, gives
             /// `Other`.
+            #[allow(clippy::inline_always, reason = "callers match on the message at once")]
+            #[inline(always)]
             #[must_use]
-            #[inline]
             pub fn decode(frame: &<$envelope as $crate::wire::Envelope>::Frame<'a>) -> Self {
                 use $crate::wire::Messages;
                 match <$envelope as $crate::wire::Envelope>::open(frame) {
-                    Ok((number, body)) => Self::decode_body(number, body).unwrap_or_else(|_| Self::other(number, body)),
+                    Ok((number, body)) => Self::decode_or_other(number, body),
                     Err(_) => Self::other(0, &[]),
                 }
             }

@@ -269,7 +269,7 @@ fn hoot(input: &[u8], out: &mut dyn Write) -> fmt::Result {
         now = now.after(u64::from(gap) * u64::from(sub_address));
         let (to, number) = (Address(to), u32::from_be_bytes([0, table % 3, command, sub_address]));
         let motor = if gap > 9 { Motor::One } else { Motor::Three };
-        let message = HostMessage::decode_body(number, body).unwrap_or_else(|_| HostMessage::other(number, body));
+        let message = HostMessage::decode_or_other(number, body);
         let report = match what % 12 {
             0 => device::Input::Noise,
             1 => device::Input::LinkDown(Port::Usb),
