@@ -391,6 +391,16 @@ fn envelope(
     Ok(needed)
 }
 
+/// What begins with bytes that are no whole header.
+#[inline]
+fn no_header(bytes: &[u8]) -> Head {
+    if let [b'D'] | [b'D', b'F', ..] = bytes {
+        return Head::More(HEADER_LEN);
+    }
+    let next = bytes.iter().skip(1).position(|&byte| byte == b'D');
+    Head::Skip(next.map_or(bytes.len(), |at| at.saturating_add(1)), Noise::NoMarker)
+}
+
 /// Framing of DMC, for frames of up to `CAP` bytes.
 ///
 /// `CAP` is 12 to 65547. A header that claims a longer frame counts as noise, so that a damaged length cannot make the
@@ -407,20 +417,13 @@ impl<const CAP: usize> Framing for Dmc<CAP> {
 
     #[inline]
     fn head(bytes: &[u8]) -> Head {
-        match bytes {
-            [b'D', b'F', _, _, _, _, _, _, l0, l1, ..] => {
-                let total = frame_len(u16::from_le_bytes([*l0, *l1]).into());
-                if total <= CAP {
-                    Head::Total(total)
-                } else {
-                    Head::Skip(MARKER.len(), Noise::TooLong { total, max: CAP })
-                }
-            }
-            [b'D'] | [b'D', b'F', ..] => Head::More(HEADER_LEN),
-            _ => {
-                let next = bytes.iter().skip(1).position(|&byte| byte == b'D');
-                Head::Skip(next.map_or(bytes.len(), |at| at.saturating_add(1)), Noise::NoMarker)
-            }
+        // Marker and length are read as `frame` reads them, so that a program that asks for both compares them once.
+        match Header::ref_from_prefix(bytes) {
+            Ok((header, _)) if header.marker == MARKER => match header.frame_len() {
+                total if total <= CAP => Head::Total(total),
+                total => Head::Skip(MARKER.len(), Noise::TooLong { total, max: CAP }),
+            },
+            _ => no_header(bytes),
         }
     }
 
