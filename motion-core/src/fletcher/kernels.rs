@@ -158,7 +158,8 @@ fn after(before: Raw, bytes: &[u8]) -> Raw {
         return before.then(tiny(bytes), bytes.len());
     }
     let (odd, rows) = bytes.split_at_checked(bytes.len() % 16).unwrap_or_default();
-    before.then(tiny(odd), odd.len()).folded().then(raw(rows), rows.len())
+    let rows_sum = if rows.len() > FEW && rows.len() < LONG { few_rows(rows) } else { raw(rows) };
+    before.then(tiny(odd), odd.len()).folded().then(rows_sum, rows.len())
 }
 
 /// Sums fewer than 24 bytes, the first ones one by one.
@@ -239,10 +240,16 @@ fn head(bytes: &[u8], len: usize) -> Raw {
 #[inline(never)]
 fn rows(bytes: &[u8]) -> Raw {
     let (odd, rows) = bytes.split_at_checked(bytes.len() % 16).unwrap_or_default();
-    let rows_sum = Columns::of(rows).words(|[b0, b1, b2, b3], first| {
-        fold(b0.wrapping_add(b1).wrapping_add(b2).wrapping_add(b3).wrapping_mul(2).wrapping_add(first))
-    });
+    let rows_sum = few_rows(rows);
     if odd.is_empty() { rows_sum } else { head(bytes, odd.len()).folded().then(rows_sum, rows.len()) }
+}
+
+/// Sums at most seven rows of 16 bytes.
+#[inline]
+fn few_rows(rows: &[u8]) -> Raw {
+    Columns::of(rows).words(|[b0, b1, b2, b3], first| {
+        fold(b0.wrapping_add(b1).wrapping_add(b2).wrapping_add(b3).wrapping_mul(2).wrapping_add(first))
+    })
 }
 
 /// Sums [`LONG`] bytes or more, in blocks of 23 rows of 16 bytes.
