@@ -1,0 +1,759 @@
+-- Dissector of DMC for Wireshark.
+--
+-- `cargo run -p wireshark` makes this file: the tables from those of the Rust crate `dmc-proto`, the code after them
+-- from `wireshark/lua`. Change those, not this file. How to install it: `wireshark/README.md`.
+-- SPDX-License-Identifier: MIT OR Apache-2.0
+
+local KEY, NAME = "dmc", "DMC"
+local LITTLE, PORT, JOINS = true, nil, true
+
+-- Names of numbers and of bits. A number instead of names says that so many bits have numbers as names, from 1.
+local N = {}
+N.axis = { [0] = "X", [1] = "Y", [2] = "Z", [3] = "PAN", [4] = "TILT" }
+N.bloop_location = { { 0x1, "LOGIC_OUT" }, { 0x2, "RELAY_OUT" }, { 0x4, "DMX" } }
+N.capabilities = { { 0x1, "REAL_TIME" }, { 0x2, "SHOOT_FRAME" }, { 0x4, "BOOM_SWING_TRACK" }, { 0x8, "SWING_PAN" },
+  { 0x10, "Y_SWING_TRACK" }, { 0x20, "X_Y_Z" }, { 0x40, "AIM" }, { 0x80, "SHOOT_FRAME2" }, { 0x100, "COUPLE" },
+  { 0x200, "LOOP" }, { 0x400, "CAMERA_TRIGGER" } }
+N.direction = { [0] = "BACKWARD", [1] = "FORWARD" }
+N.flags = { { 0x1, "SHUTTER" }, { 0x2, "METER" } }
+N.flags_2 = { { 0x1, "SILENT" } }
+N.flags_3 = { { 0x1, "ENABLED" }, { 0x2, "BLUR" }, { 0x4, "VIRTUAL" }, { 0x8, "LIVE" }, { 0x10, "COUPLE" },
+  { 0x20, "COUPLE_REVERSE" } }
+N.flags_4 = { { 0x1, "PING_PONG" }, { 0x2, "LOOP" }, { 0x10, "CAMERA_START_STOP" }, { 0x20, "CAMERA_EVERY_FRAME" } }
+N.hw_set = { { 0x1, "1" }, { 0x2, "2" }, { 0x4, "4" }, { 0x8, "8" }, { 0x10, "16" }, { 0x20, "32" },
+  { 0x40, "64" }, { 0x80, "0 swapped" } }
+N.reason = { [0] = "EMERGENCY_STOP", [1] = "UPPER_LIMIT", [2] = "LOWER_LIMIT", [100] = "ENGINE_EXCEPTION" }
+N.response_code = { [16] = "OK", [17] = "ERR_CHECKSUM", [18] = "ERR_MOVING", [19] = "ERR_UNSUPPORTED",
+  [20] = "ERR_RANGE", [21] = "ERR_GENERAL", [22] = "ERR_NOT_IN_POSITION", [23] = "ERR_PREROLL", [24] = "ERR_POSTROLL",
+  [25] = "ERR_AIM_COD", [32] = "ERR_SOFT_UP", [33] = "ERR_SOFT_LOW", [34] = "ERR_HARD_UP", [35] = "ERR_HARD_LOW" }
+N.rig = { [0] = "NONE", [1] = "BOOM_SWING_TRACK", [2] = "SWING_PAN", [3] = "Y_SWING_TRACK",
+  [4] = "X_Y_Z" }
+N.virtual_motor = { [1] = "TRACK", [2] = "EAST_WEST", [3] = "NORTH_SOUTH", [4] = "PAN", [5] = "TILT",
+  [6] = "ROLL" }
+N.yes_or_no = { [0] = "no", [1] = "yes" }
+
+-- Messages of the host, by number.
+local HOST = {
+  { name = "Hi", number = 0x1, tail = true },
+  { name = "Dmx", number = 0x20, tail = true,
+    { "ramp", "u8", names = N.yes_or_no },
+    { "start_channel", "u16" },
+    { "values", "u8", list = true },
+  },
+  { name = "GioOut", number = 0x21, tail = true,
+    { "triggers", "u32", flags = 32 },
+  },
+  { name = "GioIn", number = 0x22, tail = true },
+  { name = "GioCam", number = 0x23, tail = true,
+    { "flags", "u32", flags = N.flags },
+  },
+  { name = "MotorStatus", number = 0x30, tail = true },
+  { name = "MotorMove", number = 0x31, tail = true,
+    { "motor", "u8" },
+    { "position", "i32", unit = "steps" },
+  },
+  { name = "MotorStop", number = 0x32, tail = true,
+    { "motor", "u8" },
+  },
+  { name = "MotorStopAll", number = 0x33, tail = true,
+    { "flags", "u32", flags = N.flags_2, needs = 4 },
+  },
+  { name = "MotorGetPosition", number = 0x34, tail = true },
+  { name = "MotorResetPosition", number = 0x35, tail = true,
+    { "motor", "u8" },
+    { "position", "i32", unit = "steps" },
+  },
+  { name = "MotorJog", number = 0x36, tail = true,
+    { "motor", "u8" },
+    { "speed", "u16", decimals = 2, unit = "%" },
+    { "destination", "i32", unit = "steps" },
+  },
+  { name = "MotorConfigure", number = 0x37, tail = true,
+    { "motor", "u8" },
+    { "flags", "u8", flags = N.flags_3 },
+  },
+  { name = "MotorSetSpeed", number = 0x38, tail = true,
+    { "motor", "u8" },
+    { "max_velocity", "u32", unit = "steps/s" },
+    { "max_accel", "u32", unit = "steps/s²" },
+  },
+  { name = "MotorSetLimits", number = 0x39, tail = true,
+    { "motor", "u8" },
+    { "lower_enable", "u8", names = N.yes_or_no },
+    { "lower", "i32", unit = "steps" },
+    { "upper_enable", "u8", names = N.yes_or_no },
+    { "upper", "i32", unit = "steps" },
+    { "hw_set", "u8", flags = N.hw_set },
+  },
+  { name = "RtUploadMoveBegin", number = 0x100, tail = true,
+    { "start_frame", "i32" },
+    { "end_frame", "i32" },
+  },
+  { name = "RtUploadMoveAxis", number = 0x101, tail = true,
+    { "motor", "u8" },
+    { "start_index", "u32" },
+    { "positions", "i32", unit = "steps", list = true },
+  },
+  { name = "RtUploadMoveDmx", number = 0x102, tail = true,
+    { "channel", "u16" },
+    { "start_index", "u32" },
+    { "levels", "u8", list = true },
+  },
+  { name = "RtUploadMoveEnd", number = 0x103, tail = true },
+  { name = "RtUploadMoveTriggers", number = 0x104, tail = true,
+    { "mask", "u32", flags = 32 },
+    { "pairs", "bytes", list = true, of = {
+      { "frame", "u32" },
+      { "values", "u32", flags = 32 },
+    } },
+  },
+  { name = "RtPositionFrame", number = 0x110, tail = true,
+    { "frame", "i32" },
+  },
+  { name = "RtRunMove", number = 0x111, tail = true,
+    { "fps_x1000", "u32", decimals = 3, unit = "frames/s" },
+    { "start_frame", "i32" },
+    { "end_frame", "i32" },
+    { "pre_roll_ms", "u32", unit = "ms" },
+    { "post_roll_ms", "u32", unit = "ms" },
+    { "sync_dmx", "u8", names = N.yes_or_no },
+    { "bloop_location", "u32", flags = N.bloop_location },
+    { "bloop_dmx_channel", "u16" },
+    { "bloop_ms", "u16", unit = "ms" },
+    { "flags", "u16", flags = N.flags_4, needs = 2 },
+    { "open_angle", "u16", unit = "°", needs = 2 },
+    { "close_angle", "u16", unit = "°", needs = 2 },
+  },
+  { name = "RtShootFrame", number = 0x112, tail = true,
+    { "frame", "i32" },
+    { "direction", "u8", names = N.direction },
+    { "exposure_ms", "u32", unit = "ms" },
+    { "blur_x10", "u16", decimals = 1, unit = "%" },
+    { "motors", "bytes", list = true, of = {
+      { "motor", "u8" },
+      { "pos_a", "i32", unit = "steps" },
+      { "pos_b", "i32", unit = "steps" },
+    } },
+  },
+  { name = "RtGo", number = 0x113, tail = true },
+  { name = "RtShootFrame2", number = 0x115, tail = true,
+    { "frame", "i32" },
+    { "exposure_ms", "u32", unit = "ms" },
+    { "open_angle", "u16", unit = "°" },
+    { "close_angle", "u16", unit = "°" },
+    { "motors", "bytes", list = true, of = {
+      { "motor", "u8" },
+      { "pos_a", "i32", unit = "steps" },
+      { "pos_b", "i32", unit = "steps" },
+    } },
+  },
+  { name = "RtStopLoop", number = 0x116, tail = true },
+  { name = "RtJogAll", number = 0x120, tail = true,
+    { "fps_x1000", "u32", decimals = 3, unit = "frames/s" },
+    { "destination", "i32" },
+  },
+  { name = "VirtConfig", number = 0x200, tail = true },
+  { name = "VirtMove", number = 0x201, tail = true,
+    { "virtual_motor", "u8", names = N.virtual_motor },
+    { "position_x1e5", "i32", decimals = 5 },
+  },
+  { name = "VirtStop", number = 0x202, tail = true,
+    { "virtual_motor", "u8", names = N.virtual_motor },
+  },
+  { name = "VirtJog", number = 0x203, tail = true,
+    { "virtual_motor", "u8", names = N.virtual_motor },
+    { "speed", "u16", decimals = 2, unit = "%" },
+    { "destination", "i32", unit = "steps" },
+  },
+  { name = "VirtGetPosition", number = 0x205, tail = true },
+  { name = "VirtJogOnLine", number = 0x206, tail = true,
+    { "axis", "u8", names = N.axis },
+    { "speed", "i16", decimals = 2, unit = "%" },
+  },
+  { name = "VirtAimPoint", number = 0x207, tail = true,
+    { "enable", "u8", names = N.yes_or_no },
+    { "aim_x", "i32", decimals = 3 },
+    { "aim_y", "i32", decimals = 3 },
+    { "aim_z", "i32", decimals = 3 },
+  },
+}
+
+-- Messages of the device, by number.
+local DEVICE = {
+  { name = "Hi", number = 0x1, tail = true,
+    { "name", "text", size = 32 },
+    { "fw_major", "u8" },
+    { "fw_minor", "u8" },
+    { "fw_rev", "u8" },
+    { "motor_count", "u8" },
+    { "dmx_count", "u16" },
+    { "gio_out_count", "u8" },
+    { "gio_in_count", "u8" },
+    { "hw_limit_count", "u8" },
+    { "upload_frame_count", "u32", unit = "frames" },
+    { "capabilities", "u32", flags = N.capabilities },
+    { "protocol_version", "u16", needs = 2 },
+  },
+  { name = "GioIn", number = 0x22, tail = true,
+    { "triggers", "u32", flags = 32 },
+  },
+  { name = "MotorStatus", number = 0x30, tail = true,
+    { "motor_status", "u32", flags = 32 },
+    { "dmx_status", "u8", names = N.yes_or_no },
+  },
+  { name = "MotorMove", number = 0x31, tail = true,
+    { "moving", "u8", names = N.yes_or_no },
+  },
+  { name = "MotorGetPosition", number = 0x34, tail = true,
+    { "move_time", "i32", decimals = 3, unit = "frames" },
+    { "positions", "i32", unit = "steps", list = true },
+  },
+  { name = "MotorHardStop", number = 0x3a, tail = true,
+    { "reason", "u8", names = N.reason },
+    { "motor", "u8", needs = 1 },
+  },
+  { name = "RtGo", number = 0x113, tail = true },
+  { name = "RtEnd", number = 0x114, tail = true },
+  { name = "VirtGetPosition", number = 0x205, tail = true,
+    { "track", "i32", decimals = 5 },
+    { "ew", "i32", decimals = 5 },
+    { "ns", "i32", decimals = 5 },
+    { "pan", "i32", decimals = 5 },
+    { "tilt", "i32", decimals = 5 },
+    { "roll", "i32", decimals = 5 },
+    { "aim_enabled", "u8", names = N.yes_or_no, needs = 1 },
+    { "aim_x", "i32", decimals = 3, needs = 12 },
+    { "aim_y", "i32", decimals = 3, needs = 8 },
+    { "aim_z", "i32", decimals = 3, needs = 4 },
+  },
+  { name = "VirtAimPoint", number = 0x207, tail = true,
+    { "enable", "u8", names = N.yes_or_no },
+    { "aim_x", "i32", decimals = 3 },
+    { "aim_y", "i32", decimals = 3 },
+    { "aim_z", "i32", decimals = 3 },
+  },
+  { name = "Ack", number = 0x8000, last = 0xffff, tail = true,
+    { "response_code", "u16", names = N.response_code, needs = 2 },
+  },
+}
+
+-- Layouts of the rigs, by number.
+local RIGS = {
+  { name = "BoomRig", number = 0x1,
+    { "boom_motor", "u32" },
+    { "boom_spu", "u32" },
+    { "boom_pos_x1e5", "i32", decimals = 5 },
+    { "swing_motor", "u32" },
+    { "swing_spu", "u32" },
+    { "swing_pos_x1e5", "i32", decimals = 5 },
+    { "track_motor", "u32" },
+    { "track_spu", "u32" },
+    { "track_pos_x1e5", "i32", decimals = 5 },
+    { "pan_motor", "u32" },
+    { "pan_spu", "u32" },
+    { "pan_pos_x1e5", "i32", decimals = 5 },
+    { "tilt_motor", "u32" },
+    { "tilt_spu", "u32" },
+    { "tilt_pos_x1e5", "i32", decimals = 5 },
+    { "roll_motor", "u32" },
+    { "roll_spu", "u32" },
+    { "roll_pos_x1e5", "i32", decimals = 5 },
+    { "boom_length_x1000", "u32", decimals = 3 },
+    { "boom_ext_x1000", "u32", decimals = 3 },
+    { "nodal_x_x1000", "i32", decimals = 3 },
+    { "nodal_y_x1000", "i32", decimals = 3 },
+    { "nodal_z_x1000", "i32", decimals = 3 },
+  },
+  { name = "SwingPan", number = 0x2,
+    { "swing_motor", "u32" },
+    { "swing_spu", "u32" },
+    { "pan_motor", "u32" },
+    { "pan_spu", "u32" },
+  },
+}
+
+-- Code that all three dissectors share.
+
+local proto = Proto(KEY, NAME .. ", motion control")
+proto.prefs.side = Pref.enum("Sender, if the capture does not tell it", 0,
+  "Ports and the direction flags of a pcapng file tell the sender. If both are missing, this does.",
+  { { 1, "told by the message", 0 }, { 2, "host", 1 }, { 3, "device", 2 } }, false)
+
+-- What may be wrong with a frame.
+local E = {}
+local function fault(name, text, group, severity)
+  E[name] = ProtoExpert.new(KEY .. ".expert." .. name, text, expert.group[group], expert.severity[severity])
+end
+fault("short", "The data ends before the fields of the message do", "MALFORMED", "ERROR")
+fault("trailing", "Bytes follow the known fields", "PROTOCOL", "NOTE")
+fault("unknown", "Unknown message", "UNDECODED", "WARN")
+fault("noise", "Bytes that belong to no frame", "PROTOCOL", "WARN")
+fault("cut", "The frame is not complete", "REASSEMBLE", "WARN")
+fault("checksum", "Wrong checksum", "CHECKSUM", "ERROR")
+fault("refused", "The device reports an error", "RESPONSE_CODE", "WARN")
+fault("unasked", "The capture has no request for this answer", "SEQUENCE", "NOTE")
+fault("again", "Another answer to the same request", "SEQUENCE", "NOTE")
+
+-- Fields, once for all rows that show the same.
+local F, all_fields = {}, {}
+local SIZE = { u8 = 1, u16 = 2, u32 = 4, i8 = 1, i16 = 2, i32 = 4, f32 = 4, ipv4 = 4, mac = 6 }
+local MAKE = {
+  u8 = ProtoField.uint8, u16 = ProtoField.uint16, u32 = ProtoField.uint32,
+  i8 = ProtoField.int8, i16 = ProtoField.int16, i32 = ProtoField.int32, f32 = ProtoField.float,
+  ipv4 = ProtoField.ipv4, mac = ProtoField.ether, bytes = ProtoField.bytes, text = ProtoField.string,
+  secret = ProtoField.string,
+}
+
+local function keep(field)
+  all_fields[#all_fields + 1] = field
+  return field
+end
+
+local function field_of(row)
+  local name, kind = row[1], row[2]
+  local id = table.concat({ name, kind, tostring(row.names), tostring(row.hex or row.flags ~= nil) }, " ")
+  if not F[id] then
+    local label = name:gsub("_", " "):gsub("^%l", string.upper)
+    local integer = kind:match("^[ui]%d")
+    local style = integer and ((row.hex or row.flags) and base.HEX or base.DEC) or nil
+    F[id] = keep(MAKE[kind](KEY .. "." .. name, label, style, integer and row.names or nil))
+  end
+  return F[id]
+end
+
+-- Prepares rows: finds their fields, and the size of one value or group.
+local function rows(list)
+  for _, row in ipairs(list) do
+    if row.of then
+      rows(row.of)
+      row.size = 0
+      for _, inner in ipairs(row.of) do row.size = row.size + inner.size * (inner.times or 1) end
+      if row.count then row.counter = rows({ { row.count, "u8" } })[1] end
+    else
+      row.size = row.size or SIZE[row[2]]
+      row.field = field_of(row)
+    end
+  end
+  return list
+end
+
+local function each_rows(messages)
+  for _, message in ipairs(messages) do
+    rows(message)
+    if message.sub then message.sub_row = rows({ { message.sub, "u8" } })[1] end
+  end
+  return messages
+end
+each_rows(HOST)
+each_rows(DEVICE)
+
+-- Messages with this number; more than one if the data tells them apart.
+local found = {}
+local function messages_of(side, number)
+  local table_of_side = side == "host" and HOST or DEVICE
+  local id = side .. number
+  if not found[id] then
+    found[id] = {}
+    for _, message in ipairs(table_of_side) do
+      if number == message.also or (number >= message.number and number <= (message.last or message.number)) then
+        table.insert(found[id], message)
+      end
+    end
+  end
+  return found[id]
+end
+
+local function unsigned(range)
+  if LITTLE then return range:le_uint() else return range:uint() end
+end
+
+-- Number that an integer row shows.
+local function number_of(row, range)
+  if row[2]:match("^u%d") then return unsigned(range) end
+  if not row[2]:match("^i%d") then return nil end
+  if LITTLE then return range:le_int() else return range:int() end
+end
+
+-- Names of the bits that are set.
+local function flags_text(flags, value)
+  local names, numbered = {}, type(flags) == "number"
+  for index = 1, numbered and flags or #flags do
+    local bit = numbered and 2 ^ (index - 1) or flags[index][1]
+    if math.floor(value / bit) % 2 == 1 then
+      names[#names + 1] = numbered and tostring(index) or flags[index][2]
+    end
+    if not numbered and math.floor(value / bit) % 2 == 1 then value = value - bit end
+  end
+  if not numbered and value > 0 and #names > 0 then names[#names + 1] = string.format("0x%x", value) end
+  if #names == 0 then return value > 0 and not numbered and string.format("0x%x", value) or "none" end
+  return table.concat(names, numbered and "+" or " | ")
+end
+
+-- What a person reads beside the number.
+local function reading(row, number)
+  local unit = row.unit and " " .. row.unit or ""
+  if row.flags then return " (" .. flags_text(row.flags, number) .. ")" end
+  if row.ring_tip then
+    local bits = number % 65536
+    local ring, tip = math.floor(bits / 256), bits % 256
+    return string.format(" (ring %s, tip %s)", row.ring_tip[ring] or ring, row.ring_tip[tip] or tip)
+  end
+  if row.decimals then return string.format(" (%." .. row.decimals .. "f%s)", number / 10 ^ row.decimals, unit) end
+  return unit
+end
+
+-- Adds one value.
+local function add_value(tree, row, range)
+  local kind = row[2]
+  if kind == "text" or kind == "secret" then
+    local text = range:raw()
+    -- A text of fixed size ends at its first NUL. Others may have NULs at the end.
+    local length = #(row.size and text:match("^[^%z]*") or text:gsub("%z+$", ""))
+    if kind == "secret" and not proto.prefs.secrets then
+      return tree:add(row.field, string.format("hidden, %d bytes", length))
+    end
+    if length == 0 then return tree:add(row.field, "") end
+    return tree:add_packet_field(row.field, range(0, length), ENC_UTF_8)
+  end
+  local item
+  if LITTLE then item = tree:add_le(row.field, range) else item = tree:add(row.field, range) end
+  local number = number_of(row, range)
+  if number or row.unit then item:append_text(reading(row, number)) end
+  return item
+end
+
+-- Adds several values, or several groups of values.
+local add_rows
+local function add_list(tree, tvb, at, count, row)
+  if count == 0 then return at end
+  local list = tree:add(tvb(at, count * row.size), string.format("%s: %d", row[1], count))
+  for index = 1, count do
+    local place = tvb(at, row.size)
+    if row.of then
+      add_rows(list:add(place, string.format("%s %d", row[1], index)), tvb, at, at + row.size, row.of)
+    else
+      add_value(list, row, place)
+    end
+    at = at + row.size
+  end
+  return at
+end
+
+-- Adds the values of a row. Returns the offset after them, or nil if the body ends before.
+local function add_row(tree, tvb, at, stop, row)
+  local left = stop - at
+  if row.rest then
+    if left > 0 then add_value(tree, row, tvb(at, left)) end
+    return stop
+  elseif row.prefixed then
+    if left < 2 then return nil end
+    local length = unsigned(tvb(at, 2))
+    if left < 2 + length then return nil end
+    if length > 0 then add_value(tree, row, tvb(at + 2, length)) elseif row[2] ~= "bytes" then tree:add(row.field, "") end
+    return at + 2 + length
+  elseif row.list then
+    return add_list(tree, tvb, at, math.floor(left / row.size), row)
+  elseif row.count then
+    if left < 1 then return nil end
+    local count = tvb(at, 1):uint()
+    if left < 1 + count * row.size then return nil end
+    add_value(tree, row.counter, tvb(at, 1))
+    return add_list(tree, tvb, at + 1, count, row)
+  elseif left < row.size * (row.times or 1) then
+    return nil
+  elseif row.times then
+    return add_list(tree, tvb, at, row.times, row)
+  end
+  add_value(tree, row, tvb(at, row.size))
+  return at + row.size
+end
+
+-- Adds the values of rows. Returns the offset after them, or nil, the name of the row that is cut off, and its offset.
+function add_rows(tree, tvb, at, stop, list)
+  local ended = false
+  for _, row in ipairs(list) do
+    local left = stop - at
+    if row.needs and (ended or left < row.needs) then
+      ended = true
+    elseif not (row.newer and left == 0) then
+      local after = add_row(tree, tvb, at, stop, row)
+      if not after then return nil, row[1], at end
+      at = after
+    end
+  end
+  return at
+end
+
+-- Fields that every frame has, and those of the bytes that no row describes.
+F.message = keep(ProtoField.string(KEY .. ".message", "Message"))
+F.sender = keep(ProtoField.string(KEY .. ".sender", "Sender"))
+F.response_in = keep(ProtoField.framenum(KEY .. ".response_in", "Response in", base.NONE, frametype.RESPONSE))
+F.request_in = keep(ProtoField.framenum(KEY .. ".request_in", "Request in", base.NONE, frametype.REQUEST))
+F.time = keep(ProtoField.relative_time(KEY .. ".time", "Time since the request"))
+F.data = keep(ProtoField.bytes(KEY .. ".data", "Data"))
+F.tail = keep(ProtoField.bytes(KEY .. ".tail", "Bytes after the known fields"))
+F.noise = keep(ProtoField.bytes(KEY .. ".noise", "Noise"))
+
+-- Bodies that are added by a function of their own, by the name of their message. It returns what `add_rows` returns.
+local BY_HAND = {}
+
+-- Adds a body, and says what is wrong with it.
+local function add_body(tree, tvb, frame)
+  local at, stop, message = frame.body, frame.stop, frame.message
+  if not message then
+    if at < stop then tree:add(F.data, tvb(at, stop - at)) end
+    tree:add_proto_expert_info(frame.fault or E.unknown, frame.why or "Unknown message")
+    return
+  end
+  local add = BY_HAND[message.name] or add_rows
+  local after, name, from = add(tree, tvb, at, stop, message, frame)
+  if not after then
+    tree:add_proto_expert_info(E.short, string.format("%s ends before %s does", message.name, name))
+    after = from
+    if after < stop then tree:add(F.data, tvb(after, stop - after)) end
+  elseif after < stop then
+    local item = tree:add(F.tail, tvb(after, stop - after))
+    item:add_proto_expert_info(E.trailing, string.format("%d bytes follow the known fields", stop - after))
+  end
+end
+
+-- Frames of the capture, with what was found about them when they were first seen.
+local seen, waiting, held, joined
+
+function proto.init()
+  seen, waiting, held, joined = {}, {}, {}, {}
+end
+
+-- Name of the line between a host and a device, the same for both directions.
+local function line_of(pinfo)
+  local a = tostring(pinfo.src) .. ":" .. tostring(pinfo.src_port)
+  local b = tostring(pinfo.dst) .. ":" .. tostring(pinfo.dst_port)
+  return a < b and a .. " " .. b or b .. " " .. a
+end
+
+-- Finds the request of an answer and the answer to a request, which have the same tag, and shows them.
+local function pair(tree, pinfo, at, frame)
+  local id = pinfo.number .. ":" .. at
+  local entry = seen[id]
+  if not entry then
+    entry = { number = pinfo.number, time = pinfo.rel_ts, more = frame.more, frame = frame }
+    seen[id] = entry
+    local key = line_of(pinfo) .. " " .. frame.tag
+    if frame.asks then
+      waiting[key] = entry
+    elseif frame.answers and waiting[key] then
+      local request = waiting[key]
+      entry.request = request
+      entry.again = request.response and not request.last.more
+      request.response = request.response or entry
+      request.last = entry
+    end
+  end
+  if entry.response then tree:add(F.response_in, entry.response.number):set_generated() end
+  if entry.request then
+    tree:add(F.request_in, entry.request.number):set_generated()
+    local time = math.max(entry.time - entry.request.time, 0)
+    tree:add(F.time, NSTime.new(math.floor(time), math.floor(time % 1 * 1e9))):set_generated()
+    if entry.again then tree:add_proto_expert_info(E.again) end
+  elseif frame.answers and not frame.unasked then
+    tree:add_proto_expert_info(E.unasked)
+  end
+  return entry.request and entry.request.frame
+end
+
+-- Sender, if something besides the message tells it.
+local function told_sender(pinfo)
+  if PORT and (pinfo.src_port == PORT) ~= (pinfo.dst_port == PORT) then
+    return pinfo.src_port == PORT and "device" or "host"
+  end
+  if pinfo.p2p_dir == 0 then return "host" end
+  if pinfo.p2p_dir == 1 then return "device" end
+  return ({ "host", "device" })[proto.prefs.side]
+end
+
+-- Functions that each dissector has of its own.
+-- next_frame(tvb, at): "frame" and its size, "noise" and its size, or "more" and the size that the frame will have.
+-- read_frame(tvb, at, size, sender, pinfo): what the header of a frame says.
+local next_frame, read_frame
+
+local function show_frame(tvb, pinfo, root, at, size)
+  local frame = read_frame(tvb, at, size, told_sender(pinfo), pinfo)
+  local name = frame.message and frame.message.name or "Other"
+  local tree = root:add(proto, tvb(at, size), string.format("%s, %s: %s", NAME, frame.sender, name))
+  tree:add(F.message, name):set_generated()
+  tree:add(F.sender, frame.sender):set_generated()
+  frame.request = pair(tree, pinfo, at, frame)
+  add_rows(tree, tvb, at, frame.body, frame.header)
+  if frame.message and frame.message.sub_row then add_value(tree, frame.message.sub_row, frame.sub) end
+  add_body(tree, tvb, frame)
+  if frame.finish then frame.finish(tree) end
+  pinfo.cols.info:append(string.format(" %s %s", frame.sender == "host" and ">" or "<", name))
+end
+
+-- Dissects the frames of a piece of a stream. Returns the offset of a frame that is not complete, and its size.
+local function show_frames(tvb, pinfo, root)
+  local at = 0
+  while at < tvb:len() do
+    local what, size = next_frame(tvb, at)
+    if what == "more" then return at, size end
+    if what == "frame" then
+      show_frame(tvb, pinfo, root, at, size)
+    else
+      local tree = root:add(proto, tvb(at, size), string.format("%s: %d bytes of noise", NAME, size))
+      tree:add(F.noise, tvb(at, size)):add_proto_expert_info(E.noise)
+    end
+    at = at + size
+  end
+end
+
+-- Joins the bytes that a record of a serial line left over with the next record of the same sender. A record that begins
+-- with the begin of a frame is not joined.
+local function join(tvb, pinfo)
+  if not JOINS then return tvb end
+  local key = line_of(pinfo) .. " " .. tostring(told_sender(pinfo))
+  if not pinfo.visited then
+    if held[key] and next_frame(tvb, 0) == "noise" then joined[pinfo.number] = held[key] end
+    held[key] = nil
+  end
+  local before = joined[pinfo.number]
+  if not before then return tvb, key end
+  return ByteArray.new(before .. tvb:raw(), true):tvb(NAME .. " joined"), key
+end
+
+local function dissect(tvb, pinfo, root)
+  pinfo.cols.protocol = NAME
+  pinfo.cols.info = ""
+  local length = tvb:len()
+  local data, key = join(tvb, pinfo)
+  local at, size = show_frames(data, pinfo, root)
+  if not at then return length end
+  if pinfo.can_desegment > 0 then
+    pinfo.desegment_offset = at
+    pinfo.desegment_len = size and size - (data:len() - at) or DESEGMENT_ONE_MORE_SEGMENT
+    return length
+  end
+  if key and not pinfo.visited then held[key] = data:raw(at) end
+  local tree = root:add(proto, data(at), string.format("%s: a part of a frame", NAME))
+  tree:add(F.data, data(at))
+  tree:add_proto_expert_info(E.cut)
+  return length
+end
+
+-- DMC: marker, id, type, length, data and a checksum over all of it. Serial lines, as DLT_USER0, or TCP by "Decode As".
+
+each_rows(RIGS)
+
+local HEADER = rows({
+  { "marker", "bytes", size = 2 }, { "id", "u32" }, { "type", "u16", hex = true }, { "length", "u16" },
+})
+local CHECKSUM = rows({ { "checksum", "bytes", size = 2 } })[1]
+-- No receiver accepts a longer frame.
+local LONGEST = 2048
+
+-- Whether the Fletcher-16 sum over a whole frame is zero.
+local function is_sound(frame)
+  local first, second = 0, 0
+  for index = 1, #frame do
+    first = (first + frame:byte(index)) % 255
+    second = (second + first) % 255
+  end
+  return first == 0 and second == 0
+end
+
+-- What begins at an offset: "sound", "damaged" or "short", and the size of the frame; nil if no frame begins there.
+local function look(bytes, at)
+  local header = bytes:sub(at + 1, at + 10)
+  if header:sub(1, 2) ~= ("DF"):sub(1, #header) then return nil end
+  if #header < 10 then return "short" end
+  local size = 12 + header:byte(9) + 256 * header:byte(10)
+  if #bytes - at < size then return "short", size end
+  return is_sound(bytes:sub(at + 1, at + size)) and "sound" or "damaged", size
+end
+
+-- Offset of the next sound frame before `stop`.
+local function next_sound(bytes, at, stop)
+  repeat
+    at = bytes:find("DF", at + 2, true)
+    if not at or at > stop then return nil end
+    at = at - 1
+    local what, size = look(bytes, at)
+  until what == "sound" and size <= LONGEST
+  return at
+end
+
+function next_frame(tvb, at)
+  local bytes = tvb:raw()
+  local what, size = look(bytes, at)
+  if what == "sound" then return "frame", size end
+  if not what then
+    local marker = bytes:find("DF", at + 1, true)
+    local last = bytes:sub(-1) == "D" and #bytes
+    return "noise", (marker or last or #bytes + 1) - 1 - at
+  end
+  -- A marker in noise, or a damaged length: a sound frame inside tells.
+  local sound = next_sound(bytes, at, what == "damaged" and at + size or #bytes)
+  if sound then return "noise", sound - at end
+  if what == "damaged" and size <= LONGEST then return "frame", size end
+  if size and size > LONGEST then return "noise", 2 end
+  return "more", size
+end
+
+function read_frame(tvb, at, size, sender, pinfo)
+  local id, kind = tvb(at + 2, 4):le_uint(), tvb(at + 6, 2):le_uint()
+  local frame = { header = HEADER, body = at + 10, stop = at + size - 2, tag = id }
+  local request = waiting[line_of(pinfo) .. " " .. id]
+  if not sender then
+    local host, device = messages_of("host", kind)[1], messages_of("device", kind)[1]
+    local answers = request and request.number < pinfo.number and request.frame.kind == kind
+    local guess = (kind >= 0x8000 or id == 0 or answers or not host) and device and "device" or "host"
+    local first = seen[pinfo.number .. ":" .. at]
+    sender = first and first.frame.sender or guess
+  end
+  frame.sender, frame.kind = sender, kind
+  frame.message = messages_of(sender, kind)[1]
+  frame.asks = sender == "host"
+  frame.answers = sender == "device"
+  frame.unasked = id == 0
+  frame.finish = function(tree)
+    local item = add_value(tree, CHECKSUM, tvb(at + size - 2, 2))
+    if not is_sound(tvb:raw(at, size)) then item:add_proto_expert_info(E.checksum) end
+    if sender == "device" and kind >= 0x8000 and size >= 14 then
+      local code = tvb(at + 10, 2):le_uint()
+      if code ~= 0x10 then
+        tree:add_proto_expert_info(E.refused, "The device refuses: " .. (N.response_code[code] or code))
+      end
+    end
+  end
+  return frame
+end
+
+-- The first byte of a configuration says which rig the rest describes.
+local KIND = rows({ { "type", "u8", names = N.rig } })[1]
+local OPAQUE = rows({ { "opaque", "bytes" } })[1]
+local BOOM_TABLE = rows({ { "boom_table", "i32", times = 121 } })[1]
+local DISTANCE = rows({ { "safe_distance_x1000", "u32", decimals = 3, needs = 4 } })
+function BY_HAND.VirtConfig(tree, tvb, at, stop)
+  if at == stop then return nil, "type", at end
+  local kind = tvb(at, 1):uint()
+  add_value(tree, KIND, tvb(at, 1))
+  at = at + 1
+  if kind > 2 then
+    if at < stop then add_value(tree, OPAQUE, tvb(at, stop - at)) end
+    return stop
+  end
+  local after, name, from = add_rows(tree, tvb, at, stop, RIGS[kind] or {})
+  if not after or kind ~= 1 then return after, name, from end
+  if stop - after >= 484 then after = add_row(tree, tvb, after, stop, BOOM_TABLE) end
+  return add_rows(tree, tvb, after, stop, DISTANCE)
+end
+
+proto.dissector = dissect
+proto.fields, proto.experts = all_fields, E
+DissectorTable.get("wtap_encap"):add(wtap.USER0, proto)
+DissectorTable.get("tcp.port"):add_for_decode_as(proto)
+-- A serial adapter: the checksum makes a mistake unlikely.
+proto:register_heuristic("usb.bulk", function(tvb, pinfo, root)
+  if look(tvb:raw(), 0) ~= "sound" then return false end
+  dissect(tvb, pinfo, root)
+  return true
+end)

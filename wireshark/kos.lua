@@ -1,0 +1,728 @@
+-- Dissector of kOS for Wireshark.
+--
+-- `cargo run -p wireshark` makes this file: the tables from those of the Rust crate `kos-proto`, the code after them
+-- from `wireshark/lua`. Change those, not this file. How to install it: `wireshark/README.md`.
+-- SPDX-License-Identifier: MIT OR Apache-2.0
+
+local KEY, NAME = "kos", "kOS"
+local LITTLE, PORT, JOINS = false, 5520, false
+
+-- Names of numbers and of bits. A number instead of names says that so many bits have numbers as names, from 1.
+local N = {}
+N.aux_input_status = { { 0x1, "MASTER_TIP" }, { 0x2, "MASTER_RING" }, { 0x4, "SLAVE_TIP" }, { 0x8, "SLAVE_RING" },
+  { 0x10, "SLAVE_PRESENT" } }
+N.delay_mode = { [0] = "NONE", [1] = "INTERVAL", [2] = "UNTIL" }
+N.device_type = { [0] = "UNKNOWN", [3] = "SECOND_SHOOTER_PLUS", [10] = "SECOND_SHOOTER_PRO", [11] = "CINE_SHOOTER" }
+N.direction = { [0] = "FORWARD", [1] = "REVERSE" }
+N.error_code = { [0] = "RETURN_TO_FIRST_KEYFRAME", [1] = "FLASH_WRITE", [2] = "CANNOT_EXECUTE_MOVE",
+  [3] = "TRAJECTORY", [4] = "BAD_MOTOR_ADDRESS", [6] = "NO_MOTORS", [7] = "FLASH_READ", [10] = "RUNAWAY",
+  [11] = "NOT_IN_PVT_MODE", [12] = "PVT_QUICK_STOP", [13] = "PVT_INTEGRITY", [14] = "CALIBRATION", [15] = "LOCKED_OUT",
+  [16] = "FAULT", [17] = "INVALID_MOVE_TIME", [19] = "INTERVALOMETER_SETUP", [20] = "INTERVALOMETER_INPUT" }
+N.loop_after_rapid_reverse = { [255] = "for ever" }
+N.master_status = { [0] = "OFF", [1] = "ON", [2] = "SLOW_BLINK", [3] = "FAST_BLINK" }
+N.message_id = { [0] = "KEEP_ALIVE", [2] = "NETWORK_INFO", [7] = "LED_STATUS", [11] = "MOTOR_INFO",
+  [15] = "DEVICE_INFO", [16] = "USER_PASSWORD", [17] = "DEVICE_PASSWORD", [18] = "TRAJECTORY_DATA", [31] = "DEVICE_GUID",
+  [38] = "SOFTWARE_ID", [128] = "ACTION", [129] = "NOTIFICATION" }
+N.message_type = { [0] = "SET", [1] = "GET", [2] = "RESPONSE", [130] = "RESPONSE_MORE" }
+N.motor_type = { [0] = "AXIS", [1] = "FIZ" }
+N.playback_mode = { [0] = "LIVE_MOTION", [1] = "TIME_LAPSE_CONTINUOUS", [2] = "TIME_LAPSE_SMS" }
+N.playback_status = { [0] = "NO_MOVE", [1] = "MOTORS_HOME", [2] = "START_FORWARD", [3] = "START_REVERSE",
+  [4] = "END_OF_MOVE", [5] = "FULL_STOP", [6] = "START_FRAME", [7] = "SETUP_COMPLETED", [8] = "DELAY_TIMER_STARTED",
+  [9] = "PRE_CAMERA_ROLL_STARTED", [10] = "POST_CAMERA_ROLL_COMPLETED", [11] = "PRE_MOVE_PHOTOS_STARTED", [12] = "POST_MOVE_PHOTOS_COMPLETED",
+  [13] = "SMS_MOTORS_STOPPED" }
+N.yes_or_no = { [0] = "no", [1] = "yes" }
+
+-- Messages of the host, by number.
+local HOST = {
+  { name = "KeepAlive", number = 0x0, tail = true },
+  { name = "GetNetworkInfo", number = 0x20100, tail = true,
+    { "limited_response", "u8", names = N.yes_or_no, needs = 1 },
+  },
+  { name = "GetLEDStatus", number = 0x70100, tail = true },
+  { name = "SetLEDStatus", number = 0x70000, tail = true,
+    { "master_status", "u8", names = N.master_status },
+    { "slave_status", "u8", names = N.master_status },
+  },
+  { name = "GetMotorInfo", number = 0xb0100, tail = true },
+  { name = "GetDeviceInfo", number = 0xf0100, tail = true },
+  { name = "SetUserPassword", number = 0x100000, tail = true,
+    { "password", "secret", prefixed = true },
+  },
+  { name = "SetDevicePassword", number = 0x110000, tail = true,
+    { "password", "secret", prefixed = true },
+  },
+  { name = "GetTrajectoryData", number = 0x120100, tail = true },
+  { name = "SetTrajectoryData", number = 0x120000, tail = true },
+  { name = "GetDeviceGUID", number = 0x1f0100, tail = true },
+  { name = "GetSoftwareID", number = 0x260100, tail = true },
+  { name = "SetSoftwareID", number = 0x260000, tail = true,
+    { "platform", "u8" },
+  },
+  { name = "ResetDevice", number = 0x800001, tail = true },
+  { name = "ResetAxis", number = 0x800002, tail = true,
+    { "motor_address", "u8" },
+  },
+  { name = "MarkBeginPosition", number = 0x800003, tail = true,
+    { "motor_address", "u8" },
+  },
+  { name = "MarkEndPosition", number = 0x800004, tail = true,
+    { "motor_address", "u8" },
+  },
+  { name = "StartPlayback", number = 0x800005, tail = true,
+    { "direction", "u8", names = N.direction },
+    { "start_time", "f32", unit = "s" },
+  },
+  { name = "StopPlayback", number = 0x800006, tail = true },
+  { name = "RapidToFirstKeyFrame", number = 0x800007, tail = true },
+  { name = "TakePicture", number = 0x800009, tail = true,
+    { "motor_address", "u8" },
+    { "exposure", "f32", unit = "s" },
+  },
+  { name = "SetupPlayback", number = 0x80000f, tail = true,
+    { "direction", "u8", names = N.direction },
+    { "start_time", "f32", unit = "s" },
+    { "delay_return", "u8", names = N.yes_or_no },
+  },
+  { name = "SetPositionSpeedAcceleration", number = 0x80001c, tail = true,
+    { "motor_address", "u8" },
+    { "position", "f32", unit = "rev" },
+    { "speed", "f32", unit = "rev/s" },
+    { "acceleration", "f32", unit = "rev/s²" },
+  },
+  { name = "BumpPositionSpeedAcceleration", number = 0x800028, tail = true,
+    { "motor_address", "u8" },
+    { "delta", "f32", unit = "rev" },
+    { "speed", "f32", unit = "rev/s" },
+    { "acceleration", "f32", unit = "rev/s²" },
+  },
+}
+
+-- Messages of the device, by number.
+local DEVICE = {
+  { name = "NetworkInfo", number = 0x20200, tail = true,
+    { "dhcp", "u8", names = N.yes_or_no },
+    { "mac_address", "mac" },
+    { "ip_address", "ipv4" },
+    { "subnet_mask", "ipv4" },
+    { "gateway", "ipv4" },
+    { "device_type", "u8", names = N.device_type },
+    { "device_addr", "u8" },
+  },
+  { name = "LEDStatus", number = 0x70200, tail = true,
+    { "master_status", "u8", names = N.master_status },
+    { "slave_status", "u8", names = N.master_status },
+  },
+  { name = "MotorInfo", number = 0xb0200, also = 0xb8200, tail = true,
+    { "motors", "bytes", count = "motor_count", of = {
+      { "motor_address", "u8" },
+      { "position", "f32", unit = "rev" },
+      { "begin_position", "f32", unit = "rev" },
+      { "end_position", "f32", unit = "rev" },
+      { "max_max_setup_speed", "f32", unit = "rev/s" },
+      { "max_max_move_speed", "f32", unit = "rev/s" },
+      { "max_max_acceleration", "f32", unit = "rev/s²" },
+    } },
+  },
+  { name = "DeviceInfo", number = 0xf0200, tail = true,
+    { "device_type", "u8", names = N.device_type },
+    { "device_addr", "u8" },
+    { "playback_mode", "u8", names = N.playback_mode },
+    { "playback_status", "u8", names = N.playback_status },
+    { "firmware_version", "u8", times = 4 },
+    { "network_id", "u8" },
+    { "hardware_id", "u8" },
+    { "device_password", "secret", prefixed = true },
+    { "aux_input_status", "u8", flags = N.aux_input_status },
+    { "delay_time_remaining", "f32", unit = "s" },
+    { "elapsed_time", "f32" },
+    { "photo_count", "u32", newer = true },
+  },
+  { name = "TrajectoryData", number = 0x120200, tail = true },
+  { name = "DeviceGUID", number = 0x1f0200, tail = true,
+    { "guid", "bytes", prefixed = true },
+  },
+  { name = "SoftwareID", number = 0x260200, tail = true,
+    { "platform", "u8" },
+  },
+  { name = "MotorStatus", number = 0x810201, tail = true,
+    { "motors", "bytes", count = "motor_count", of = {
+      { "motor_address", "u8" },
+      { "online_status", "u8", names = N.yes_or_no },
+      { "motor_type", "u8", names = N.motor_type },
+      { "max_max_setup_speed", "f32", unit = "rev/s" },
+      { "max_max_move_speed", "f32", unit = "rev/s" },
+      { "max_max_acceleration", "f32", unit = "rev/s²" },
+    } },
+  },
+  { name = "PlaybackStatus", number = 0x810202, tail = true,
+    { "playback_status", "u8", names = N.playback_status },
+    { "elapsed_time", "f32" },
+    { "photo_count", "f32" },
+    { "motors", "bytes", count = "motor_count", of = {
+      { "motor_address", "u8" },
+      { "position", "f32", unit = "rev" },
+    } },
+  },
+  { name = "ErrorStatus", number = 0x810203, tail = true,
+    { "error_code", "u8", names = N.error_code },
+    { "motor_address", "u8" },
+  },
+  { name = "MotorPosition", number = 0x810207, tail = true,
+    { "motor_address", "u8" },
+    { "position", "f32", unit = "rev" },
+  },
+  { name = "MotorCalibrated", number = 0x810211, tail = true,
+    { "motor_address", "u8" },
+    { "begin_position", "f32", unit = "rev" },
+    { "end_position", "f32", unit = "rev" },
+  },
+  { name = "AuxInputStatus", number = 0x810215, tail = true,
+    { "status", "u8", flags = N.aux_input_status },
+  },
+  { name = "UnsupportedMessage", number = 0x8102ff, tail = true,
+    { "message", "bytes", rest = true },
+  },
+}
+
+-- Layouts of the blocks, by number.
+local BLOCKS = {
+  { name = "Playback", number = 0x1, tail = true,
+    { "playback_mode", "u8", names = N.playback_mode },
+    { "duration", "f32", unit = "s" },
+    { "rapid_reverse_duration", "f32", unit = "s" },
+    { "loop_after_rapid_reverse", "u8", names = N.loop_after_rapid_reverse },
+    { "loop_after_reverse", "u8", names = N.loop_after_rapid_reverse },
+    { "delay_mode", "u8", names = N.delay_mode },
+    { "delay_interval_bits", "u32" },
+    { "camera_roll_enabled", "u8", names = N.yes_or_no },
+    { "camera_roll_pre_delay", "f32", unit = "s" },
+    { "camera_roll_post_delay", "f32", unit = "s" },
+    { "flash_mark_enabled", "u8", names = N.yes_or_no },
+    { "flash_mark_type", "u8" },
+    { "flash_mark_post_delay", "f32", unit = "s" },
+    { "use_external_trigger", "u8", names = N.yes_or_no },
+    { "using_lanc", "u8", names = N.yes_or_no },
+    { "return_to_home_percent", "f32" },
+  },
+  { name = "TimeLapse", number = 0x2, tail = true,
+    { "delay", "f32", unit = "s" },
+    { "exposure", "f32", unit = "s" },
+    { "move_photos", "u32" },
+    { "not_used", "u8" },
+    { "pre_move_photos", "u32" },
+    { "post_move_photos", "u32" },
+  },
+  { name = "Axis", number = 0x5, tail = true,
+    { "motor_address", "u8" },
+    { "segment_count", "u8" },
+  },
+  { name = "Segment", number = 0x6, tail = true,
+    { "motor_address", "u8" },
+    { "segment_number", "u8" },
+    { "points", "f32", times = 8 },
+  },
+}
+
+-- Code that all three dissectors share.
+
+local proto = Proto(KEY, NAME .. ", motion control")
+proto.prefs.side = Pref.enum("Sender, if the capture does not tell it", 0,
+  "Ports and the direction flags of a pcapng file tell the sender. If both are missing, this does.",
+  { { 1, "told by the message", 0 }, { 2, "host", 1 }, { 3, "device", 2 } }, false)
+
+-- What may be wrong with a frame.
+local E = {}
+local function fault(name, text, group, severity)
+  E[name] = ProtoExpert.new(KEY .. ".expert." .. name, text, expert.group[group], expert.severity[severity])
+end
+fault("short", "The data ends before the fields of the message do", "MALFORMED", "ERROR")
+fault("trailing", "Bytes follow the known fields", "PROTOCOL", "NOTE")
+fault("unknown", "Unknown message", "UNDECODED", "WARN")
+fault("noise", "Bytes that belong to no frame", "PROTOCOL", "WARN")
+fault("cut", "The frame is not complete", "REASSEMBLE", "WARN")
+fault("checksum", "Wrong checksum", "CHECKSUM", "ERROR")
+fault("refused", "The device reports an error", "RESPONSE_CODE", "WARN")
+fault("unasked", "The capture has no request for this answer", "SEQUENCE", "NOTE")
+fault("again", "Another answer to the same request", "SEQUENCE", "NOTE")
+
+-- Fields, once for all rows that show the same.
+local F, all_fields = {}, {}
+local SIZE = { u8 = 1, u16 = 2, u32 = 4, i8 = 1, i16 = 2, i32 = 4, f32 = 4, ipv4 = 4, mac = 6 }
+local MAKE = {
+  u8 = ProtoField.uint8, u16 = ProtoField.uint16, u32 = ProtoField.uint32,
+  i8 = ProtoField.int8, i16 = ProtoField.int16, i32 = ProtoField.int32, f32 = ProtoField.float,
+  ipv4 = ProtoField.ipv4, mac = ProtoField.ether, bytes = ProtoField.bytes, text = ProtoField.string,
+  secret = ProtoField.string,
+}
+
+local function keep(field)
+  all_fields[#all_fields + 1] = field
+  return field
+end
+
+local function field_of(row)
+  local name, kind = row[1], row[2]
+  local id = table.concat({ name, kind, tostring(row.names), tostring(row.hex or row.flags ~= nil) }, " ")
+  if not F[id] then
+    local label = name:gsub("_", " "):gsub("^%l", string.upper)
+    local integer = kind:match("^[ui]%d")
+    local style = integer and ((row.hex or row.flags) and base.HEX or base.DEC) or nil
+    F[id] = keep(MAKE[kind](KEY .. "." .. name, label, style, integer and row.names or nil))
+  end
+  return F[id]
+end
+
+-- Prepares rows: finds their fields, and the size of one value or group.
+local function rows(list)
+  for _, row in ipairs(list) do
+    if row.of then
+      rows(row.of)
+      row.size = 0
+      for _, inner in ipairs(row.of) do row.size = row.size + inner.size * (inner.times or 1) end
+      if row.count then row.counter = rows({ { row.count, "u8" } })[1] end
+    else
+      row.size = row.size or SIZE[row[2]]
+      row.field = field_of(row)
+    end
+  end
+  return list
+end
+
+local function each_rows(messages)
+  for _, message in ipairs(messages) do
+    rows(message)
+    if message.sub then message.sub_row = rows({ { message.sub, "u8" } })[1] end
+  end
+  return messages
+end
+each_rows(HOST)
+each_rows(DEVICE)
+
+-- Messages with this number; more than one if the data tells them apart.
+local found = {}
+local function messages_of(side, number)
+  local table_of_side = side == "host" and HOST or DEVICE
+  local id = side .. number
+  if not found[id] then
+    found[id] = {}
+    for _, message in ipairs(table_of_side) do
+      if number == message.also or (number >= message.number and number <= (message.last or message.number)) then
+        table.insert(found[id], message)
+      end
+    end
+  end
+  return found[id]
+end
+
+local function unsigned(range)
+  if LITTLE then return range:le_uint() else return range:uint() end
+end
+
+-- Number that an integer row shows.
+local function number_of(row, range)
+  if row[2]:match("^u%d") then return unsigned(range) end
+  if not row[2]:match("^i%d") then return nil end
+  if LITTLE then return range:le_int() else return range:int() end
+end
+
+-- Names of the bits that are set.
+local function flags_text(flags, value)
+  local names, numbered = {}, type(flags) == "number"
+  for index = 1, numbered and flags or #flags do
+    local bit = numbered and 2 ^ (index - 1) or flags[index][1]
+    if math.floor(value / bit) % 2 == 1 then
+      names[#names + 1] = numbered and tostring(index) or flags[index][2]
+    end
+    if not numbered and math.floor(value / bit) % 2 == 1 then value = value - bit end
+  end
+  if not numbered and value > 0 and #names > 0 then names[#names + 1] = string.format("0x%x", value) end
+  if #names == 0 then return value > 0 and not numbered and string.format("0x%x", value) or "none" end
+  return table.concat(names, numbered and "+" or " | ")
+end
+
+-- What a person reads beside the number.
+local function reading(row, number)
+  local unit = row.unit and " " .. row.unit or ""
+  if row.flags then return " (" .. flags_text(row.flags, number) .. ")" end
+  if row.ring_tip then
+    local bits = number % 65536
+    local ring, tip = math.floor(bits / 256), bits % 256
+    return string.format(" (ring %s, tip %s)", row.ring_tip[ring] or ring, row.ring_tip[tip] or tip)
+  end
+  if row.decimals then return string.format(" (%." .. row.decimals .. "f%s)", number / 10 ^ row.decimals, unit) end
+  return unit
+end
+
+-- Adds one value.
+local function add_value(tree, row, range)
+  local kind = row[2]
+  if kind == "text" or kind == "secret" then
+    local text = range:raw()
+    -- A text of fixed size ends at its first NUL. Others may have NULs at the end.
+    local length = #(row.size and text:match("^[^%z]*") or text:gsub("%z+$", ""))
+    if kind == "secret" and not proto.prefs.secrets then
+      return tree:add(row.field, string.format("hidden, %d bytes", length))
+    end
+    if length == 0 then return tree:add(row.field, "") end
+    return tree:add_packet_field(row.field, range(0, length), ENC_UTF_8)
+  end
+  local item
+  if LITTLE then item = tree:add_le(row.field, range) else item = tree:add(row.field, range) end
+  local number = number_of(row, range)
+  if number or row.unit then item:append_text(reading(row, number)) end
+  return item
+end
+
+-- Adds several values, or several groups of values.
+local add_rows
+local function add_list(tree, tvb, at, count, row)
+  if count == 0 then return at end
+  local list = tree:add(tvb(at, count * row.size), string.format("%s: %d", row[1], count))
+  for index = 1, count do
+    local place = tvb(at, row.size)
+    if row.of then
+      add_rows(list:add(place, string.format("%s %d", row[1], index)), tvb, at, at + row.size, row.of)
+    else
+      add_value(list, row, place)
+    end
+    at = at + row.size
+  end
+  return at
+end
+
+-- Adds the values of a row. Returns the offset after them, or nil if the body ends before.
+local function add_row(tree, tvb, at, stop, row)
+  local left = stop - at
+  if row.rest then
+    if left > 0 then add_value(tree, row, tvb(at, left)) end
+    return stop
+  elseif row.prefixed then
+    if left < 2 then return nil end
+    local length = unsigned(tvb(at, 2))
+    if left < 2 + length then return nil end
+    if length > 0 then add_value(tree, row, tvb(at + 2, length)) elseif row[2] ~= "bytes" then tree:add(row.field, "") end
+    return at + 2 + length
+  elseif row.list then
+    return add_list(tree, tvb, at, math.floor(left / row.size), row)
+  elseif row.count then
+    if left < 1 then return nil end
+    local count = tvb(at, 1):uint()
+    if left < 1 + count * row.size then return nil end
+    add_value(tree, row.counter, tvb(at, 1))
+    return add_list(tree, tvb, at + 1, count, row)
+  elseif left < row.size * (row.times or 1) then
+    return nil
+  elseif row.times then
+    return add_list(tree, tvb, at, row.times, row)
+  end
+  add_value(tree, row, tvb(at, row.size))
+  return at + row.size
+end
+
+-- Adds the values of rows. Returns the offset after them, or nil, the name of the row that is cut off, and its offset.
+function add_rows(tree, tvb, at, stop, list)
+  local ended = false
+  for _, row in ipairs(list) do
+    local left = stop - at
+    if row.needs and (ended or left < row.needs) then
+      ended = true
+    elseif not (row.newer and left == 0) then
+      local after = add_row(tree, tvb, at, stop, row)
+      if not after then return nil, row[1], at end
+      at = after
+    end
+  end
+  return at
+end
+
+-- Fields that every frame has, and those of the bytes that no row describes.
+F.message = keep(ProtoField.string(KEY .. ".message", "Message"))
+F.sender = keep(ProtoField.string(KEY .. ".sender", "Sender"))
+F.response_in = keep(ProtoField.framenum(KEY .. ".response_in", "Response in", base.NONE, frametype.RESPONSE))
+F.request_in = keep(ProtoField.framenum(KEY .. ".request_in", "Request in", base.NONE, frametype.REQUEST))
+F.time = keep(ProtoField.relative_time(KEY .. ".time", "Time since the request"))
+F.data = keep(ProtoField.bytes(KEY .. ".data", "Data"))
+F.tail = keep(ProtoField.bytes(KEY .. ".tail", "Bytes after the known fields"))
+F.noise = keep(ProtoField.bytes(KEY .. ".noise", "Noise"))
+
+-- Bodies that are added by a function of their own, by the name of their message. It returns what `add_rows` returns.
+local BY_HAND = {}
+
+-- Adds a body, and says what is wrong with it.
+local function add_body(tree, tvb, frame)
+  local at, stop, message = frame.body, frame.stop, frame.message
+  if not message then
+    if at < stop then tree:add(F.data, tvb(at, stop - at)) end
+    tree:add_proto_expert_info(frame.fault or E.unknown, frame.why or "Unknown message")
+    return
+  end
+  local add = BY_HAND[message.name] or add_rows
+  local after, name, from = add(tree, tvb, at, stop, message, frame)
+  if not after then
+    tree:add_proto_expert_info(E.short, string.format("%s ends before %s does", message.name, name))
+    after = from
+    if after < stop then tree:add(F.data, tvb(after, stop - after)) end
+  elseif after < stop then
+    local item = tree:add(F.tail, tvb(after, stop - after))
+    item:add_proto_expert_info(E.trailing, string.format("%d bytes follow the known fields", stop - after))
+  end
+end
+
+-- Frames of the capture, with what was found about them when they were first seen.
+local seen, waiting, held, joined
+
+function proto.init()
+  seen, waiting, held, joined = {}, {}, {}, {}
+end
+
+-- Name of the line between a host and a device, the same for both directions.
+local function line_of(pinfo)
+  local a = tostring(pinfo.src) .. ":" .. tostring(pinfo.src_port)
+  local b = tostring(pinfo.dst) .. ":" .. tostring(pinfo.dst_port)
+  return a < b and a .. " " .. b or b .. " " .. a
+end
+
+-- Finds the request of an answer and the answer to a request, which have the same tag, and shows them.
+local function pair(tree, pinfo, at, frame)
+  local id = pinfo.number .. ":" .. at
+  local entry = seen[id]
+  if not entry then
+    entry = { number = pinfo.number, time = pinfo.rel_ts, more = frame.more, frame = frame }
+    seen[id] = entry
+    local key = line_of(pinfo) .. " " .. frame.tag
+    if frame.asks then
+      waiting[key] = entry
+    elseif frame.answers and waiting[key] then
+      local request = waiting[key]
+      entry.request = request
+      entry.again = request.response and not request.last.more
+      request.response = request.response or entry
+      request.last = entry
+    end
+  end
+  if entry.response then tree:add(F.response_in, entry.response.number):set_generated() end
+  if entry.request then
+    tree:add(F.request_in, entry.request.number):set_generated()
+    local time = math.max(entry.time - entry.request.time, 0)
+    tree:add(F.time, NSTime.new(math.floor(time), math.floor(time % 1 * 1e9))):set_generated()
+    if entry.again then tree:add_proto_expert_info(E.again) end
+  elseif frame.answers and not frame.unasked then
+    tree:add_proto_expert_info(E.unasked)
+  end
+  return entry.request and entry.request.frame
+end
+
+-- Sender, if something besides the message tells it.
+local function told_sender(pinfo)
+  if PORT and (pinfo.src_port == PORT) ~= (pinfo.dst_port == PORT) then
+    return pinfo.src_port == PORT and "device" or "host"
+  end
+  if pinfo.p2p_dir == 0 then return "host" end
+  if pinfo.p2p_dir == 1 then return "device" end
+  return ({ "host", "device" })[proto.prefs.side]
+end
+
+-- Functions that each dissector has of its own.
+-- next_frame(tvb, at): "frame" and its size, "noise" and its size, or "more" and the size that the frame will have.
+-- read_frame(tvb, at, size, sender, pinfo): what the header of a frame says.
+local next_frame, read_frame
+
+local function show_frame(tvb, pinfo, root, at, size)
+  local frame = read_frame(tvb, at, size, told_sender(pinfo), pinfo)
+  local name = frame.message and frame.message.name or "Other"
+  local tree = root:add(proto, tvb(at, size), string.format("%s, %s: %s", NAME, frame.sender, name))
+  tree:add(F.message, name):set_generated()
+  tree:add(F.sender, frame.sender):set_generated()
+  frame.request = pair(tree, pinfo, at, frame)
+  add_rows(tree, tvb, at, frame.body, frame.header)
+  if frame.message and frame.message.sub_row then add_value(tree, frame.message.sub_row, frame.sub) end
+  add_body(tree, tvb, frame)
+  if frame.finish then frame.finish(tree) end
+  pinfo.cols.info:append(string.format(" %s %s", frame.sender == "host" and ">" or "<", name))
+end
+
+-- Dissects the frames of a piece of a stream. Returns the offset of a frame that is not complete, and its size.
+local function show_frames(tvb, pinfo, root)
+  local at = 0
+  while at < tvb:len() do
+    local what, size = next_frame(tvb, at)
+    if what == "more" then return at, size end
+    if what == "frame" then
+      show_frame(tvb, pinfo, root, at, size)
+    else
+      local tree = root:add(proto, tvb(at, size), string.format("%s: %d bytes of noise", NAME, size))
+      tree:add(F.noise, tvb(at, size)):add_proto_expert_info(E.noise)
+    end
+    at = at + size
+  end
+end
+
+-- Joins the bytes that a record of a serial line left over with the next record of the same sender. A record that begins
+-- with the begin of a frame is not joined.
+local function join(tvb, pinfo)
+  if not JOINS then return tvb end
+  local key = line_of(pinfo) .. " " .. tostring(told_sender(pinfo))
+  if not pinfo.visited then
+    if held[key] and next_frame(tvb, 0) == "noise" then joined[pinfo.number] = held[key] end
+    held[key] = nil
+  end
+  local before = joined[pinfo.number]
+  if not before then return tvb, key end
+  return ByteArray.new(before .. tvb:raw(), true):tvb(NAME .. " joined"), key
+end
+
+local function dissect(tvb, pinfo, root)
+  pinfo.cols.protocol = NAME
+  pinfo.cols.info = ""
+  local length = tvb:len()
+  local data, key = join(tvb, pinfo)
+  local at, size = show_frames(data, pinfo, root)
+  if not at then return length end
+  if pinfo.can_desegment > 0 then
+    pinfo.desegment_offset = at
+    pinfo.desegment_len = size and size - (data:len() - at) or DESEGMENT_ONE_MORE_SEGMENT
+    return length
+  end
+  if key and not pinfo.visited then held[key] = data:raw(at) end
+  local tree = root:add(proto, data(at), string.format("%s: a part of a frame", NAME))
+  tree:add(F.data, data(at))
+  tree:add_proto_expert_info(E.cut)
+  return length
+end
+
+-- kOS: a header of six bytes, and no checksum. TCP and UDP at port 5520, HID reports over USB.
+
+proto.prefs.secrets = Pref.bool("Show passwords", false, "Passwords travel in clear. They are shown only if this is set.")
+each_rows(BLOCKS)
+
+local HEADER = rows({
+  { "version", "u8" }, { "length", "u16" }, { "message_id", "u16", names = N.message_id },
+  { "message_type", "u8", names = N.message_type },
+})
+local function header_with(name)
+  local list = {}
+  for index, row in ipairs(HEADER) do list[index] = row end
+  list[#list + 1] = rows({ { name, "u8" } })[1]
+  return list
+end
+local ACTION, NOTIFICATION = header_with("action_id"), header_with("note_id")
+local PADDING = keep(ProtoField.bytes(KEY .. ".padding", "Padding of the report"))
+
+function next_frame(tvb, at)
+  local left = tvb:len() - at
+  if tvb(at, 1):uint() ~= 4 then return "noise", left end
+  if left < 3 then return "more" end
+  local size = tvb(at + 1, 2):uint()
+  if size < 6 then return "noise", left end
+  if size > left then return "more", size end
+  return "frame", size
+end
+
+function read_frame(tvb, at, size, sender)
+  local id, kind = tvb(at + 3, 2):uint(), tvb(at + 5, 1):uint()
+  local frame = { header = HEADER, body = at + 6, stop = at + size, tag = id }
+  frame.sender = sender or (kind < 2 and "host" or "device")
+  local number = id * 65536 + kind * 256
+  if id == 0x80 and kind == 0 then frame.header = ACTION end
+  if id == 0x81 and kind == 2 then frame.header = NOTIFICATION end
+  if frame.header ~= HEADER then
+    if size > 6 then
+      number, frame.body = number + tvb(at + 6, 1):uint(), at + 7
+    else
+      number, frame.header = -1, HEADER
+      frame.fault, frame.why = E.short, "The number of the action or notification is missing"
+    end
+  end
+  frame.message = messages_of(frame.sender, number)[1]
+  frame.asks = frame.sender == "host" and kind == 1
+  frame.more = kind == 0x82
+  frame.answers = frame.sender == "device" and id ~= 0x81
+  -- Devices announce their address.
+  frame.unasked = id == 2
+  local name = frame.message and frame.message.name
+  if name == "ErrorStatus" or name == "UnsupportedMessage" then
+    frame.finish = function(tree) tree:add_proto_expert_info(E.refused, "The device reports " .. name) end
+  end
+  return frame
+end
+
+-- Devices of the older dialect leave a field out. The length of the body tells the dialects apart.
+local function without(message, name)
+  local list = {}
+  for index, row in ipairs(message) do
+    if row[1] ~= name then list[#list + 1] = row end
+    if row.of then
+      local older = { row[1], "bytes", count = row.count, of = without(row.of, name) }
+      list[#list] = rows({ older })[1]
+    end
+  end
+  return list
+end
+
+local function dialects(name, left_out, is_older)
+  local older
+  BY_HAND[name] = function(tree, tvb, at, stop, message)
+    older = older or without(message, left_out)
+    return add_rows(tree, tvb, at, stop, is_older(tvb, at, stop - at) and older or message)
+  end
+end
+dialects("MotorInfo", "begin_position", function(tvb, at, left)
+  return left > 1 and left == 1 + 21 * tvb(at, 1):uint()
+end)
+dialects("PlaybackStatus", "photo_count", function(tvb, at, left)
+  return left > 5 and left == 6 + 5 * tvb(at + 5, 1):uint()
+end)
+dialects("MotorCalibrated", "begin_position", function(_, _, left) return left == 5 end)
+
+-- A move is a list of blocks, each with a number, a length and data.
+local BLOCK_COUNT = rows({ { "block_count", "u8" } })[1]
+local BLOCK = rows({ { "block_id", "u8" }, { "block_length", "u16" } })
+local function add_move(tree, tvb, at, stop)
+  if at == stop then return nil, "block_count", at end
+  local count = tvb(at, 1):uint()
+  add_value(tree, BLOCK_COUNT, tvb(at, 1))
+  at = at + 1
+  for _ = 1, count do
+    if stop - at < 3 then return nil, "a block", at end
+    local id, size = tvb(at, 1):uint(), tvb(at + 1, 2):uint()
+    if stop - at < 3 + size then return nil, "a block", at end
+    local block
+    for _, message in ipairs(BLOCKS) do block = message.number == id and message or block end
+    local item = tree:add(tvb(at, 3 + size), "Block: " .. (block and block.name or "unknown"))
+    add_rows(item, tvb, at, stop, BLOCK)
+    add_body(item, tvb, { message = block, body = at + 3, stop = at + 3 + size, why = "Unknown block" })
+    at = at + 3 + size
+  end
+  return at
+end
+BY_HAND.TrajectoryData = add_move
+BY_HAND.SetTrajectoryData = add_move
+
+-- A HID report is its id, 1, a message, and padding. A message that goes on in the next report is not described anywhere.
+local function report(tvb, pinfo, root)
+  local data = tvb(1):tvb()
+  local what, size = next_frame(data, 0)
+  if what ~= "frame" then return false end
+  pinfo.cols.protocol = NAME
+  pinfo.cols.info = ""
+  show_frame(data, pinfo, root, 0, size)
+  if data:len() > size then root:add(PADDING, data(size)) end
+  return true
+end
+
+local function is_report(tvb)
+  return tvb:len() == 64 and tvb(0, 2):uint() == 0x0104
+end
+
+function proto.dissector(tvb, pinfo, root)
+  if is_report(tvb) and report(tvb, pinfo, root) then return tvb:len() end
+  return dissect(tvb, pinfo, root)
+end
+
+proto.fields, proto.experts = all_fields, E
+DissectorTable.get("tcp.port"):add(PORT, proto)
+DissectorTable.get("udp.port"):add(PORT, proto)
+DissectorTable.get("wtap_encap"):add(wtap.USER2, proto)
+proto:register_heuristic("usb.interrupt", function(tvb, pinfo, root)
+  return is_report(tvb) and report(tvb, pinfo, root)
+end)
