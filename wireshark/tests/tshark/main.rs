@@ -7,4 +7,5 @@ mod compare;
 mod kos;
 mod pairs;
 mod pdml;
+mod random;
 mod serial;

@@ -1,11 +1,11 @@
-//! Requests and their answers, senders that nothing tells, passwords, and bytes of any kind.
+//! Requests and their answers, senders that nothing tells, and passwords.
 
 use dmc_proto::message::{Ack, AckCode, MotorMove, MotorStop};
 use dmc_proto::{MessageId, MessageType};
 use kos_proto::message::{GetMotorInfo, MotorInfo, MotorInfos, NetworkInfo, Password, UserPassword};
 
-use crate::capture::{Capture, IP, Sender, USB, USER, tcp, udp, usb};
-use crate::compare::{bytes, scratch, text, vectors};
+use crate::capture::{Capture, Sender, USER};
+use crate::compare::{bytes, scratch};
 use crate::pdml::{Frame, dissect};
 
 /// Frames in the records of one link.
@@ -120,76 +120,4 @@ fn a_preference_tells_the_sender_that_nothing_else_tells() {
     let records = [(None, dmc(MotorStop::default(), 1)), (Some(Sender::Host), dmc(MotorStop::default(), 1))];
     let (found, _) = frames("dmc", USER[0], &records, &["-o", "dmc.side:device"]);
     assert_eq!(found.iter().map(|frame| frame.get("sender")).collect::<Vec<_>>(), [Some("device"), Some("host")]);
-}
-
-/// Numbers that look random, the same ones in each run.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, limit: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        usize::try_from(self.0 >> 33).expect("31 bits") % limit
-    }
-}
-
-/// Bytes of a vector with some changes, after a random begin.
-fn changed(random: &mut Random, vector: &[u8]) -> Vec<u8> {
-    let mut bytes: Vec<u8> = (0..random.below(4) * random.below(4)).map(|_| random.byte()).collect();
-    bytes.extend(vector);
-    for _ in 0..random.below(5) {
-        let at = random.below(bytes.len());
-        match random.below(4) {
-            0 => bytes[at] = random.byte(),
-            1 => bytes[at] ^= 1 << random.below(8),
-            2 => bytes.truncate(at + 1),
-            _ => bytes.insert(at, random.byte()),
-        }
-    }
-    bytes
-}
-
-impl Random {
-    fn byte(&mut self) -> u8 {
-        u8::try_from(self.below(256)).expect("a byte")
-    }
-}
-
-#[test]
-#[ignore = "needs tshark"]
-fn no_bytes_lead_to_an_error_in_lua() {
-    for (protocol, link) in ["dmc", "hoot", "kos"].into_iter().zip(USER) {
-        let mut random = Random(0x2545_f491_4f6c_dd1d);
-        let mut capture = Capture::new(&[link, IP, USB]);
-        let seeds: Vec<_> =
-            vectors(&format!("{protocol}.json")).iter().map(|vector| bytes(text(vector, "hex"))).collect();
-        for port in 0..1500_u16 {
-            let seed = &seeds[random.below(seeds.len())];
-            let data = if random.below(10) == 0 {
-                (0..=random.below(80)).map(|_| random.byte()).collect()
-            } else {
-                changed(&mut random, seed)
-            };
-            let sender = [Sender::Host, Sender::Device][random.below(2)];
-            match random.below(if protocol == "kos" { 4 } else { 1 }) {
-                0 => capture.record(link, Some(sender).filter(|_| random.below(3) > 0), &data),
-                1 => capture.record(IP, None, &udp(sender, 20_000 + port, &data)),
-                2 => capture.record(IP, None, &tcp(sender, 20_000 + port, 0, &data)),
-                _ => {
-                    let mut report = [&[1], &data[..]].concat();
-                    report.resize(64, 0);
-                    capture.record(USB, None, &usb(sender, &report))
-                }
-            };
-        }
-        let file = scratch(&format!("{protocol}-random"));
-        capture.write(&file).expect("a file can be written");
-        // It fails if the dissector does.
-        let (found, _) = dissect(protocol, &file, &[]);
-        let faults = found
-            .iter()
-            .filter(|frame| frame.has_expert("noise") || frame.has_expert("short") || frame.has_expert("unknown"));
-        assert!(found.len() > 1000 && faults.count() > 100, "{protocol}: {} frames", found.len());
-    }
 }

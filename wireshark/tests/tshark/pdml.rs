@@ -1,4 +1,4 @@
-//! What tshark prints of a capture, as PDML: one line for each item of the tree.
+//! What tshark prints of a capture, as PDML: an element for each item of the tree.
 
 use std::fs;
 use std::path::Path;
@@ -58,19 +58,20 @@ pub(crate) fn dissect(protocol: &str, capture: &Path, options: &[&str]) -> (Vec<
 }
 
 fn frames(protocol: &str, text: &str) -> Vec<Frame> {
-    let (start, prefix) = (format!("<proto name=\"{protocol}\""), format!("{protocol}."));
+    let (start, prefix) = (format!("proto name=\"{protocol}\""), format!("{protocol}."));
     let (mut frames, mut record, mut inside) = (Vec::<Frame>::new(), 0, false);
-    for line in text.lines().map(str::trim_start) {
-        if line.starts_with("<packet>") {
+    // Values may contain line ends, but no `<`.
+    for element in text.split('<') {
+        if element.starts_with("packet>") {
             record += 1;
-        } else if line.starts_with("<proto ") {
-            inside = line.starts_with(&start);
+        } else if element.starts_with("proto ") {
+            inside = element.starts_with(&start);
             if inside {
                 frames.push(Frame { record, items: Vec::new() });
             }
-        } else if let Some(name) = attribute(line, "name").filter(|_| inside) {
+        } else if let Some(name) = attribute(element, "name").filter(|_| inside) {
             let Some(name) = name.strip_prefix(&prefix) else { continue };
-            let get = |key| attribute(line, key).unwrap_or_default();
+            let get = |key| attribute(element, key).unwrap_or_default();
             let hex = get("value");
             let pairs = (0..hex.len() / 2).filter_map(|at| u8::from_str_radix(hex.get(2 * at..2 * at + 2)?, 16).ok());
             let item = Item { name: name.to_owned(), show: get("show"), text: get("showname"), bytes: pairs.collect() };
@@ -81,8 +82,8 @@ fn frames(protocol: &str, text: &str) -> Vec<Frame> {
 }
 
 /// Value of an attribute of an element.
-fn attribute(line: &str, key: &str) -> Option<String> {
-    let (_, rest) = line.split_once(&format!(" {key}=\""))?;
+fn attribute(element: &str, key: &str) -> Option<String> {
+    let (_, rest) = element.split_once(&format!(" {key}=\""))?;
     let (value, _) = rest.split_once('"')?;
     let plain = value.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&#x27;", "'");
     Some(plain.replace("&amp;", "&"))
