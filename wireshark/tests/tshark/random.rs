@@ -34,6 +34,9 @@ fn body(random: &mut Random, round: usize) -> Vec<u8> {
         .collect()
 }
 
+/// Makes the frame of a number and a body, and decodes it.
+type Seal<'s> = dyn Fn(u32, &[u8]) -> Option<(Vec<u8>, Expected)> + 's;
+
 /// Frames of a protocol for the bodies of all messages of a side, with what the crate decodes of them.
 fn bodies(
     kinds: &[Kind],
@@ -41,7 +44,7 @@ fn bodies(
     capture: &mut Capture,
     link: u16,
     sender: Sender,
-    frame: &dyn Fn(u32, &[u8]) -> Option<(Vec<u8>, Expected)>,
+    frame: &Seal<'_>,
 ) -> Vec<(String, usize, Expected)> {
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
     let mut wanted = Vec::new();
