@@ -12,21 +12,30 @@ const SHARED: &str = include_str!("../lua/shared.lua");
 /// Whole text of a dissector. It needs no other file, so that it is installed by copying it.
 #[must_use]
 pub fn dissector(protocol: &Protocol) -> String {
-    let Protocol { key, name, line, host, device, groups, answers, by_hand, .. } = protocol;
+    let Protocol { key, name, line, host, later, device, groups, answers, by_hand, .. } = protocol;
     let tables = Tables { names: &Names::of(protocol) };
     let mut body = String::new();
-    tables.messages(&mut body, "HOST", "Messages of the host, by number.", host);
-    tables.messages(&mut body, "DEVICE", "Messages of the device, by number.", device);
+    let host: Vec<_> = host.iter().chain(later).collect();
+    tables.messages(&mut body, "HOST", "Messages of the host, by number.", &host);
+    tables.messages(&mut body, "DEVICE", "Messages of the device, by number.", &device.iter().collect::<Vec<_>>());
     if let Some((list, groups)) = groups {
-        tables.messages(&mut body, &list.to_uppercase(), &format!("Layouts of the {list}, by number."), groups);
+        tables.messages(
+            &mut body,
+            &list.to_uppercase(),
+            &format!("Layouts of the {list}, by number."),
+            &groups.iter().collect::<Vec<_>>(),
+        );
     }
     if !answers.is_empty() {
         body.push_str(
             "-- Values that answer a query, by the name of the query and the type of the value.\nlocal ANSWERS = {\n",
         );
         for answer in answers {
-            let types = answer.types.iter().map(|(value_type, meaning)| {
-                format!("[{value_type}] = {{ {} }}", tables.meaning(meaning)).replace("{  }", "{}")
+            let types = answer.types.iter().map(|(value_type, meaning, unit)| {
+                let unit = if unit.is_empty() { String::new() } else { format!("unit = \"{unit}\"") };
+                let parts: Vec<_> =
+                    [tables.meaning(meaning), unit].into_iter().filter(|part| !part.is_empty()).collect();
+                format!("[{value_type}] = {{ {} }}", parts.join(", ")).replace("{  }", "{}")
             });
             let types: Vec<_> = types.collect();
             let _ = writeln!(body, "  {} = {{ {} }},", answer.query, types.join(", "));
@@ -60,7 +69,7 @@ struct Tables<'n> {
 
 impl Tables<'_> {
     /// Table of messages under a name.
-    fn messages(&self, out: &mut String, table: &str, what: &str, messages: &[Message]) {
+    fn messages(&self, out: &mut String, table: &str, what: &str, messages: &[&Message]) {
         let _ = writeln!(out, "-- {what}\nlocal {table} = {{");
         for message in messages {
             let _ = write!(out, "  {{ name = \"{}\", number = {:#x}", message.name, message.number);

@@ -18,11 +18,11 @@ impl Names {
             names.add(field, meaning);
         }
         let groups = protocol.groups.iter().flat_map(|(_, groups)| groups);
-        for message in protocol.host.iter().chain(&protocol.device).chain(groups) {
+        for message in protocol.host.iter().chain(&protocol.later).chain(&protocol.device).chain(groups) {
             all_fields(message).for_each(|field| names.add(field.name, &field.meaning));
         }
         for answer in &protocol.answers {
-            answer.types.iter().for_each(|(_, meaning)| names.add(&snake(answer.query), meaning));
+            answer.types.iter().for_each(|(_, meaning, _)| names.add(&snake(answer.query), meaning));
         }
         names
     }

@@ -50,15 +50,20 @@ pub fn page(protocols: &[Protocol]) -> String {
 
 fn chapter(page: &mut String, protocol: &Protocol) {
     let names = &Names::of(protocol);
-    let Protocol { name, number, digits, host, device, groups, answers, note, .. } = protocol;
-    let _ = write!(
-        page,
-        "\n## {name}\n\nThe number of a message is made of: {number}.\n{note}\n\n### {name}: messages of the host\n\n"
-    );
-    page.push_str("| number | message | conduct | length | data |\n|---|---|---|---|---|\n");
-    for message in host {
-        let conduct = message.conduct.map_or_else(|| "by its values".to_owned(), |conduct| conduct.to_string());
-        row(page, names, message, *digits, Some(&conduct));
+    let Protocol { name, number, digits, host, later, device, groups, answers, note, .. } = protocol;
+    let _ = write!(page, "\n## {name}\n\nThe number of a message is made of: {number}.\n{note}\n");
+    for (messages, which) in [(host, "messages of the host"), (later, "messages of the host to later firmware")] {
+        if messages.is_empty() {
+            continue;
+        }
+        let _ = write!(
+            page,
+            "\n### {name}: {which}\n\n| number | message | conduct | length | data |\n|---|---|---|---|---|\n"
+        );
+        for message in messages {
+            let conduct = message.conduct.map_or_else(|| "by its values".to_owned(), |conduct| conduct.to_string());
+            row(page, names, message, *digits, Some(&conduct));
+        }
     }
     let _ = write!(page, "\n### {name}: messages of the device\n\n");
     page.push_str("| number | message | length | data |\n|---|---|---|---|\n");
@@ -74,8 +79,8 @@ fn chapter(page: &mut String, protocol: &Protocol) {
     if !answers.is_empty() {
         let _ = write!(page, "\n### {name}: answers to queries\n\n| query | types of the value |\n|---|---|\n");
         for answer in answers {
-            let types = answer.types.iter().map(|(value_type, meaning)| {
-                let meaning = meaning_text(names, meaning, "");
+            let types = answer.types.iter().map(|(value_type, meaning, unit)| {
+                let meaning = meaning_text(names, meaning, unit);
                 format!("{}{meaning}", hoot_proto::message::ValueType(*value_type))
             });
             let _ = writeln!(page, "| {} | {} |", answer.query, types.collect::<Vec<_>>().join(", "));

@@ -29,6 +29,8 @@ pub struct Protocol {
     pub names: Vec<(&'static str, Meaning)>,
     /// Messages of the host.
     pub host: Vec<Message>,
+    /// Messages of the host that the published description does not have.
+    pub later: Vec<Message>,
     /// Messages of the device.
     pub device: Vec<Message>,
     /// Groups of fields by number that a part of the dissector reads which is written by hand: a name for the list, and for
@@ -45,8 +47,8 @@ pub struct Protocol {
 pub struct Answer {
     /// Name of the query.
     pub query: &'static str,
-    /// Types that a value may have, and how a person reads such a value.
-    pub types: Vec<(u8, Meaning)>,
+    /// Types that a value may have, how a person reads such a value, and its unit.
+    pub types: Vec<(u8, Meaning, &'static str)>,
 }
 
 /// Data of the messages that are dissected by code that is written by hand.
@@ -79,6 +81,7 @@ fn kos() -> Protocol {
             ("message_type", names(|kind| MessageType(kind).name())),
         ],
         host: probe::messages::<kos_proto::Host>(),
+        later: Vec::new(),
         device: probe::messages::<kos_proto::Device>(),
         groups: Some(("blocks", probe::messages::<Blocks>())),
         answers: Vec::new(),
@@ -123,6 +126,7 @@ fn dmc() -> Protocol {
         line: "local LITTLE, PORT, JOINS = true, nil, true",
         names: vec![("rig", names(|kind| RigKind(kind).name()))],
         host: probe::messages::<dmc_proto::Host>(),
+        later: Vec::new(),
         device: probe::messages::<dmc_proto::Device>(),
         groups: Some((
             "rigs",
@@ -146,6 +150,7 @@ fn hoot() -> Protocol {
             ("value_type", names(|value_type| ValueType(value_type).name())),
         ],
         host: probe::messages::<hoot_proto::Host>(),
+        later: probe::messages::<hoot_proto::beyond::Host>(),
         device: probe::messages::<hoot_proto::Device>(),
         groups: None,
         answers: answers(),
@@ -160,20 +165,16 @@ fn answers() -> Vec<Answer> {
         .filter_map(|kind| Some((kind.name, hoot_proto::HostMessage::decode_body(kind.number, &[]).ok()?.query()?)));
     queries
         .map(|(name, query)| {
-            let text = |value_type: u8, value: u32| {
+            let view = |value_type: u8, value: u32| {
                 let size = [1, 2, 2, 4, 4, 4, 0].get(usize::from(value_type)).copied()?;
                 let data = [&[value_type], &value.to_be_bytes()[4 - size..]].concat();
                 let answer = query.decode_reply(Reply { code: ResponseCode::OK, data: &data }).ok()?;
-                (answer.value().value_type().0 == value_type).then(|| answer.to_string())
+                (answer.value().value_type().0 == value_type).then(|| views(&answer).remove(1))
             };
             let types = (0..=6).filter_map(|value_type| {
-                text(value_type, 0)?;
-                Some((
-                    value_type,
-                    probe::meaning_of(if value_type == 0 { 1 } else { 2 }, &|value| {
-                        text(value_type, u32::try_from(value).ok()?)
-                    }),
-                ))
+                let View { unit, .. } = view(value_type, 0)?;
+                let text = |value| Some(view(value_type, u32::try_from(value).ok()?)?.text);
+                Some((value_type, probe::meaning_of(if value_type == 0 { 1 } else { 2 }, &text), unit))
             });
             Answer { query: name, types: types.collect() }
         })

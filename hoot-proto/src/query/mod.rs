@@ -118,9 +118,10 @@ impl<T: fmt::Display> fmt::Display for Answer<T> {
 impl<'a, T: ReplyValue<'a> + fmt::Display> Fields for Answer<T> {
     fn fields(&self, visitor: &mut dyn Visitor) {
         let value = self.value();
-        let mut show = |name, value, text: &dyn fmt::Display| visitor.visit(&FieldView { name, unit: "", value, text });
-        show("value_type", Shown::Unsigned(self.value_type.0.into()), &self.value_type);
-        show("value", value.shown(), &self.value);
+        let mut show =
+            |name, unit, value, text: &dyn fmt::Display| visitor.visit(&FieldView { name, unit, value, text });
+        show("value_type", "", Shown::Unsigned(self.value_type.0.into()), &self.value_type);
+        show("value", self.value.unit(), value.shown(), &self.value);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use motion_core::wire::Bool;
+use motion_core::wire::{Bool, Fields, Visitor};
 
 use super::form::Form;
 use super::{Answer, IntoReply, Profile, Query, ReplyError, ReplyValue, decode};
@@ -125,11 +125,13 @@ macro_rules! queries {
                     $(Self::$variant(_) => stringify!($variant),)*
                 }
             }
+        }
 
-            #[cfg(feature = "serde")]
-            fn fields(&self) -> &dyn motion_core::wire::Fields {
+        /// Type and value, as those of the [`Answer`].
+        impl Fields for AnyReply<'_> {
+            fn fields(&self, visitor: &mut dyn Visitor) {
                 match self {
-                    $(Self::$variant(answer) => answer,)*
+                    $(Self::$variant(answer) => answer.fields(visitor),)*
                 }
             }
         }
@@ -180,7 +182,7 @@ impl motion_core::serde::Serialize for AnyReply<'_> {
 
         let mut map = serializer.serialize_map(Some(3))?;
         map.serialize_entry("query", self.query_name())?;
-        motion_core::serialize::Map { fields: self.fields(), secrets: true }.entries(&mut map)?;
+        motion_core::serialize::Map { fields: self, secrets: true }.entries(&mut map)?;
         map.end()
     }
 }

@@ -1,7 +1,7 @@
 //! Types that queries ask for, and their conversion from and to the values of replies.
 
 use motion_core::fixed::{Centi, Scaled};
-use motion_core::wire::Bool;
+use motion_core::wire::{Bool, Field};
 
 use crate::message::{
     Acceleration, AltMode, Amperes, Backlash, CoreVersion, Direction, EasingFound, EdgeFound, Level, Microstep,
@@ -16,6 +16,11 @@ pub trait ReplyValue<'a>: Copy {
 
     /// Makes a value of this type if it fits, otherwise of the usual type.
     fn to_value(self, value_type: ValueType) -> Value<'a>;
+
+    /// Unit of the value; empty if there is none.
+    fn unit(&self) -> &'static str {
+        ""
+    }
 }
 
 /// Converts a number from and to the values that can contain it.
@@ -122,6 +127,10 @@ macro_rules! numbers {
             fn to_value(self, value_type: ValueType) -> Value<'a> {
                 Number::to_value(self.0, value_type)
             }
+
+            fn unit(&self) -> &'static str {
+                <Self as Field>::UNIT
+            }
         }
     )*};
 }
@@ -188,6 +197,13 @@ impl<'a> ReplyValue<'a> for SpeedOrSleep {
         match self {
             Self::Speed(speed) => ReplyValue::to_value(speed, value_type),
             Self::Sleep(sleep) => ReplyValue::to_value(sleep, ValueType::BYTE),
+        }
+    }
+
+    fn unit(&self) -> &'static str {
+        match self {
+            Self::Speed(speed) => speed.unit(),
+            Self::Sleep(sleep) => sleep.unit(),
         }
     }
 }

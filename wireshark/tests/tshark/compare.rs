@@ -43,6 +43,16 @@ impl Expected {
     }
 }
 
+/// Request of hoot: a message of the published sheet, or else of later firmware.
+pub(crate) fn hoot_request(frame: &hoot_proto::Frame<'_>) -> Expected {
+    match hoot_proto::HostMessage::decode(frame) {
+        hoot_proto::HostMessage::Other(_) => {
+            Expected::of(Sender::Host, Ok(hoot_proto::beyond::HostMessage::decode(frame)))
+        }
+        message => Expected::of(Sender::Host, Ok(message)),
+    }
+}
+
 /// Vectors of a file.
 pub(crate) fn vectors(file: &str) -> Vec<Value> {
     let text = fs::read_to_string(wireshark::root().join("vectors").join(file)).expect("the vectors exist");

@@ -3,7 +3,7 @@
 use motion_core::wire::{Kind, Messages};
 
 use crate::capture::{Capture, IP, Sender, USB, USER, tcp, udp, usb};
-use crate::compare::{Expected, bytes, compare, scratch, text, vectors};
+use crate::compare::{Expected, bytes, compare, hoot_request, scratch, text, vectors};
 use crate::pdml::dissect;
 
 /// Numbers that look random, the same ones in each run.
@@ -131,7 +131,8 @@ fn any_data_of_a_command_of_hoot_is_printed_as_it_is_decoded() {
     use hoot_proto::{Frame, HostMessage, Selector, Table, frame};
 
     let mut capture = Capture::new(&[USER[1]]);
-    let wanted = bodies(HostMessage::ALL, 14, &mut capture, USER[1], Sender::Host, &|number, body| {
+    let all = [HostMessage::ALL, hoot_proto::beyond::HostMessage::ALL].concat();
+    let wanted = bodies(&all, 14, &mut capture, USER[1], Sender::Host, &|number, body| {
         let Selector { table, command, sub_address } = Selector::from_number(number);
         let mut out = [0; 64];
         let (address, command, data) = match table {
@@ -141,7 +142,7 @@ fn any_data_of_a_command_of_hoot_is_printed_as_it_is_decoded() {
         };
         let len = frame::encode(hoot_proto::Address(address), sub_address, command, &data, &mut out).ok()?;
         let frame = Frame::decode(&out[..len]).expect("a packet");
-        Some((out[..len].to_vec(), Expected::of(Sender::Host, Ok(HostMessage::decode(&frame)))))
+        Some((out[..len].to_vec(), hoot_request(&frame)))
     });
     check("hoot", &capture, &wanted, &["core_command", "length"]);
 }

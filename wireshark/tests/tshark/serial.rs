@@ -4,7 +4,7 @@ use hoot_proto::Query;
 use wireshark::view::views;
 
 use crate::capture::{Capture, Sender, USER};
-use crate::compare::{Expected, bytes, compare, scratch, text, vectors};
+use crate::compare::{Expected, bytes, compare, hoot_request, scratch, text, vectors};
 use crate::pdml::dissect;
 
 #[test]
@@ -68,12 +68,7 @@ fn hoot_vectors_are_printed_as_they_are_decoded() {
             // The address 0 is that of the master, so that only the flags of the record tell the sender.
             let told = (frame.address() == hoot_proto::Address::MASTER).then_some(Sender::Host);
             let record = capture.record(link, told, &data);
-            wanted.push((
-                name.to_owned(),
-                record,
-                Some(Expected::of(Sender::Host, Ok(HostMessage::decode(&frame)))),
-                None,
-            ));
+            wanted.push((name.to_owned(), record, Some(hoot_request(&frame)), None));
             continue;
         }
         // The query gives the answer its meaning.
@@ -90,7 +85,7 @@ fn hoot_vectors_are_printed_as_they_are_decoded() {
             expected.views = Some(views(&reply).split_off(1));
             expected.experts = if reply.is_ok() { vec![] } else { vec!["refused"] };
             let answer = query.and_then(|query| query.decode_reply(reply).ok());
-            wanted.push((name.to_owned(), record, Some(expected), answer.map(|answer| answer.to_string())));
+            wanted.push((name.to_owned(), record, Some(expected), answer.map(|answer| views(&answer).remove(1))));
         } else {
             wanted.push((name.to_owned(), record, Some(expected), None));
         }
@@ -107,8 +102,9 @@ fn hoot_vectors_are_printed_as_they_are_decoded() {
         compare(what, expected, frame, if is_core { "core_command" } else { "length" });
         if let Some(answer) = answer {
             let value = frame.items.iter().find(|item| item.name == "value").expect("a value");
-            let plain = answer.trim_matches('"');
-            assert!(value.text.contains(plain), "{what}: {answer} is printed as {value:?}");
+            let plain = answer.text.trim_matches('"');
+            let is_shown = value.text.contains(plain) && value.text.contains(answer.unit);
+            assert!(is_shown, "{what}: {answer:?} is printed as {value:?}");
             assert!(frame.get("request_in").is_some() && frame.get("time").is_some(), "{what}");
             answers += 1;
         }
