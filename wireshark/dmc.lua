@@ -5,7 +5,7 @@
 -- SPDX-License-Identifier: MIT OR Apache-2.0
 
 local KEY, NAME = "dmc", "DMC"
-local LITTLE, PORT, JOINS = true, nil, true
+local LITTLE, PORT, MARKER = true, nil, "DF"
 
 -- Names of numbers and of bits. A number instead of names says that so many bits have numbers as names, from 1.
 local N = {}
@@ -380,12 +380,12 @@ local function flags_text(flags, value)
   for index = 1, numbered and flags or #flags do
     local bit = numbered and 2 ^ (index - 1) or flags[index][1]
     if math.floor(value / bit) % 2 == 1 then
-      names[#names + 1] = numbered and tostring(index) or flags[index][2]
+      names[#names + 1] = numbered and index or flags[index][2]
+      value = value - bit
     end
-    if not numbered and math.floor(value / bit) % 2 == 1 then value = value - bit end
   end
-  if not numbered and value > 0 and #names > 0 then names[#names + 1] = string.format("0x%x", value) end
-  if #names == 0 then return value > 0 and not numbered and string.format("0x%x", value) or "none" end
+  if value > 0 then names[#names + 1] = string.format("0x%x", value) end
+  if #names == 0 then return "none" end
   return table.concat(names, numbered and "+" or " | ")
 end
 
@@ -531,9 +531,13 @@ local function line_of(pinfo)
   return a < b and a .. " " .. b or b .. " " .. a
 end
 
+-- What tells a frame from all others of the capture. A packet may end one buffer and begin another, both at offset 0.
+local function id_of(pinfo, tvb, at, size)
+  return table.concat({ pinfo.number, at, tvb:len(), tvb:raw(at, math.min(size, 16)) }, " ")
+end
+
 -- Finds the request of an answer and the answer to a request, which have the same tag, and shows them.
-local function pair(tree, pinfo, at, frame)
-  local id = pinfo.number .. ":" .. at
+local function pair(tree, pinfo, id, frame)
   local entry = seen[id]
   if not entry then
     entry = { number = pinfo.number, time = pinfo.rel_ts, more = frame.more, frame = frame }
@@ -582,7 +586,7 @@ local function show_frame(tvb, pinfo, root, at, size)
   local tree = root:add(proto, tvb(at, size), string.format("%s, %s: %s", NAME, frame.sender, name))
   tree:add(F.message, name):set_generated()
   tree:add(F.sender, frame.sender):set_generated()
-  frame.request = pair(tree, pinfo, at, frame)
+  frame.request = pair(tree, pinfo, id_of(pinfo, tvb, at, size), frame)
   add_rows(tree, tvb, at, frame.body, frame.header)
   if frame.message and frame.message.sub_row then add_value(tree, frame.message.sub_row, frame.sub) end
   add_body(tree, tvb, frame)
@@ -607,12 +611,12 @@ local function show_frames(tvb, pinfo, root)
 end
 
 -- Joins the bytes that a record of a serial line left over with the next record of the same sender. A record that begins
--- with the begin of a frame is not joined.
+-- with a marker begins a frame.
 local function join(tvb, pinfo)
-  if not JOINS then return tvb end
+  if not MARKER then return tvb end
   local key = line_of(pinfo) .. " " .. tostring(told_sender(pinfo))
   if not pinfo.visited then
-    if held[key] and next_frame(tvb, 0) == "noise" then joined[pinfo.number] = held[key] end
+    if held[key] and tvb:raw():sub(1, #MARKER) ~= MARKER then joined[pinfo.number] = held[key] end
     held[key] = nil
   end
   local before = joined[pinfo.number]
@@ -663,7 +667,7 @@ end
 -- What begins at an offset: "sound", "damaged" or "short", and the size of the frame; nil if no frame begins there.
 local function look(bytes, at)
   local header = bytes:sub(at + 1, at + 10)
-  if header:sub(1, 2) ~= ("DF"):sub(1, #header) then return nil end
+  if header:sub(1, 2) ~= MARKER:sub(1, #header) then return nil end
   if #header < 10 then return "short" end
   local size = 12 + header:byte(9) + 256 * header:byte(10)
   if #bytes - at < size then return "short", size end
@@ -673,7 +677,7 @@ end
 -- Offset of the next sound frame before `stop`.
 local function next_sound(bytes, at, stop)
   repeat
-    at = bytes:find("DF", at + 2, true)
+    at = bytes:find(MARKER, at + 2, true)
     if not at or at > stop then return nil end
     at = at - 1
     local what, size = look(bytes, at)
@@ -686,7 +690,7 @@ function next_frame(tvb, at)
   local what, size = look(bytes, at)
   if what == "sound" then return "frame", size end
   if not what then
-    local marker = bytes:find("DF", at + 1, true)
+    local marker = bytes:find(MARKER, at + 1, true)
     local last = bytes:sub(-1) == "D" and #bytes
     return "noise", (marker or last or #bytes + 1) - 1 - at
   end
@@ -706,7 +710,7 @@ function read_frame(tvb, at, size, sender, pinfo)
     local host, device = messages_of("host", kind)[1], messages_of("device", kind)[1]
     local answers = request and request.number < pinfo.number and request.frame.kind == kind
     local guess = (kind >= 0x8000 or id == 0 or answers or not host) and device and "device" or "host"
-    local first = seen[pinfo.number .. ":" .. at]
+    local first = seen[id_of(pinfo, tvb, at, size)]
     sender = first and first.frame.sender or guess
   end
   frame.sender, frame.kind = sender, kind
@@ -749,7 +753,7 @@ end
 
 proto.dissector = dissect
 proto.fields, proto.experts = all_fields, E
-DissectorTable.get("wtap_encap"):add(wtap.USER0, proto)
+DissectorTable.get("wtap_encap"):add(wtap_encaps.USER0, proto)
 DissectorTable.get("tcp.port"):add_for_decode_as(proto)
 -- A serial adapter: the checksum makes a mistake unlikely.
 proto:register_heuristic("usb.bulk", function(tvb, pinfo, root)

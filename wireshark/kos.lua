@@ -5,7 +5,7 @@
 -- SPDX-License-Identifier: MIT OR Apache-2.0
 
 local KEY, NAME = "kos", "kOS"
-local LITTLE, PORT, JOINS = false, 5520, false
+local LITTLE, PORT, MARKER = false, 5520, nil
 
 -- Names of numbers and of bits. A number instead of names says that so many bits have numbers as names, from 1.
 local N = {}
@@ -331,12 +331,12 @@ local function flags_text(flags, value)
   for index = 1, numbered and flags or #flags do
     local bit = numbered and 2 ^ (index - 1) or flags[index][1]
     if math.floor(value / bit) % 2 == 1 then
-      names[#names + 1] = numbered and tostring(index) or flags[index][2]
+      names[#names + 1] = numbered and index or flags[index][2]
+      value = value - bit
     end
-    if not numbered and math.floor(value / bit) % 2 == 1 then value = value - bit end
   end
-  if not numbered and value > 0 and #names > 0 then names[#names + 1] = string.format("0x%x", value) end
-  if #names == 0 then return value > 0 and not numbered and string.format("0x%x", value) or "none" end
+  if value > 0 then names[#names + 1] = string.format("0x%x", value) end
+  if #names == 0 then return "none" end
   return table.concat(names, numbered and "+" or " | ")
 end
 
@@ -482,9 +482,13 @@ local function line_of(pinfo)
   return a < b and a .. " " .. b or b .. " " .. a
 end
 
+-- What tells a frame from all others of the capture. A packet may end one buffer and begin another, both at offset 0.
+local function id_of(pinfo, tvb, at, size)
+  return table.concat({ pinfo.number, at, tvb:len(), tvb:raw(at, math.min(size, 16)) }, " ")
+end
+
 -- Finds the request of an answer and the answer to a request, which have the same tag, and shows them.
-local function pair(tree, pinfo, at, frame)
-  local id = pinfo.number .. ":" .. at
+local function pair(tree, pinfo, id, frame)
   local entry = seen[id]
   if not entry then
     entry = { number = pinfo.number, time = pinfo.rel_ts, more = frame.more, frame = frame }
@@ -533,7 +537,7 @@ local function show_frame(tvb, pinfo, root, at, size)
   local tree = root:add(proto, tvb(at, size), string.format("%s, %s: %s", NAME, frame.sender, name))
   tree:add(F.message, name):set_generated()
   tree:add(F.sender, frame.sender):set_generated()
-  frame.request = pair(tree, pinfo, at, frame)
+  frame.request = pair(tree, pinfo, id_of(pinfo, tvb, at, size), frame)
   add_rows(tree, tvb, at, frame.body, frame.header)
   if frame.message and frame.message.sub_row then add_value(tree, frame.message.sub_row, frame.sub) end
   add_body(tree, tvb, frame)
@@ -558,12 +562,12 @@ local function show_frames(tvb, pinfo, root)
 end
 
 -- Joins the bytes that a record of a serial line left over with the next record of the same sender. A record that begins
--- with the begin of a frame is not joined.
+-- with a marker begins a frame.
 local function join(tvb, pinfo)
-  if not JOINS then return tvb end
+  if not MARKER then return tvb end
   local key = line_of(pinfo) .. " " .. tostring(told_sender(pinfo))
   if not pinfo.visited then
-    if held[key] and next_frame(tvb, 0) == "noise" then joined[pinfo.number] = held[key] end
+    if held[key] and tvb:raw():sub(1, #MARKER) ~= MARKER then joined[pinfo.number] = held[key] end
     held[key] = nil
   end
   local before = joined[pinfo.number]
@@ -722,7 +726,7 @@ end
 proto.fields, proto.experts = all_fields, E
 DissectorTable.get("tcp.port"):add(PORT, proto)
 DissectorTable.get("udp.port"):add(PORT, proto)
-DissectorTable.get("wtap_encap"):add(wtap.USER2, proto)
+DissectorTable.get("wtap_encap"):add(wtap_encaps.USER2, proto)
 proto:register_heuristic("usb.interrupt", function(tvb, pinfo, root)
   return is_report(tvb) and report(tvb, pinfo, root)
 end)

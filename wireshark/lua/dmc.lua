@@ -22,7 +22,7 @@ end
 -- What begins at an offset: "sound", "damaged" or "short", and the size of the frame; nil if no frame begins there.
 local function look(bytes, at)
   local header = bytes:sub(at + 1, at + 10)
-  if header:sub(1, 2) ~= ("DF"):sub(1, #header) then return nil end
+  if header:sub(1, 2) ~= MARKER:sub(1, #header) then return nil end
   if #header < 10 then return "short" end
   local size = 12 + header:byte(9) + 256 * header:byte(10)
   if #bytes - at < size then return "short", size end
@@ -32,7 +32,7 @@ end
 -- Offset of the next sound frame before `stop`.
 local function next_sound(bytes, at, stop)
   repeat
-    at = bytes:find("DF", at + 2, true)
+    at = bytes:find(MARKER, at + 2, true)
     if not at or at > stop then return nil end
     at = at - 1
     local what, size = look(bytes, at)
@@ -45,7 +45,7 @@ function next_frame(tvb, at)
   local what, size = look(bytes, at)
   if what == "sound" then return "frame", size end
   if not what then
-    local marker = bytes:find("DF", at + 1, true)
+    local marker = bytes:find(MARKER, at + 1, true)
     local last = bytes:sub(-1) == "D" and #bytes
     return "noise", (marker or last or #bytes + 1) - 1 - at
   end
@@ -65,7 +65,7 @@ function read_frame(tvb, at, size, sender, pinfo)
     local host, device = messages_of("host", kind)[1], messages_of("device", kind)[1]
     local answers = request and request.number < pinfo.number and request.frame.kind == kind
     local guess = (kind >= 0x8000 or id == 0 or answers or not host) and device and "device" or "host"
-    local first = seen[pinfo.number .. ":" .. at]
+    local first = seen[id_of(pinfo, tvb, at, size)]
     sender = first and first.frame.sender or guess
   end
   frame.sender, frame.kind = sender, kind
@@ -108,7 +108,7 @@ end
 
 proto.dissector = dissect
 proto.fields, proto.experts = all_fields, E
-DissectorTable.get("wtap_encap"):add(wtap.USER0, proto)
+DissectorTable.get("wtap_encap"):add(wtap_encaps.USER0, proto)
 DissectorTable.get("tcp.port"):add_for_decode_as(proto)
 -- A serial adapter: the checksum makes a mistake unlikely.
 proto:register_heuristic("usb.bulk", function(tvb, pinfo, root)

@@ -1,7 +1,6 @@
 -- hoot, the MoCoBus protocol: break, address, sub-address, command, length and data. A reply does not say what it answers.
 -- Serial lines, as DLT_USER1, or TCP by "Decode As".
 
-local BREAK = string.rep("\0", 5) .. "\255"
 local HEAD = { { "break", "bytes", size = 6 }, { "address", "u8" }, { "sub_address", "u8" } }
 local function header(...)
   local list = {}
@@ -16,7 +15,7 @@ local REPLY = header({ "response_code", "u8", names = N.response_code }, LENGTH)
 
 function next_frame(tvb, at)
   local bytes = tvb:raw()
-  local begin = bytes:find(BREAK, at + 1, true)
+  local begin = bytes:find(MARKER, at + 1, true)
   if not begin then
     -- The last bytes may be the begin of a break.
     local zeros = math.min(#bytes:match("%z*$"), 5, #bytes - at)
@@ -29,7 +28,7 @@ function next_frame(tvb, at)
   local size = 10 + length
   if #bytes - at >= size then return "frame", size end
   -- The rest of this packet is lost if another one begins.
-  local other = bytes:find(BREAK, at + 11, true)
+  local other = bytes:find(MARKER, at + 11, true)
   if other then return "noise", other - 1 - at end
   return "more", size
 end
@@ -108,5 +107,5 @@ function BY_HAND.Reply(tree, tvb, at, stop, _, frame)
 end
 proto.dissector = dissect
 proto.fields, proto.experts = all_fields, E
-DissectorTable.get("wtap_encap"):add(wtap.USER1, proto)
+DissectorTable.get("wtap_encap"):add(wtap_encaps.USER1, proto)
 DissectorTable.get("tcp.port"):add_for_decode_as(proto)

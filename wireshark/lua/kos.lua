@@ -130,7 +130,7 @@ end
 proto.fields, proto.experts = all_fields, E
 DissectorTable.get("tcp.port"):add(PORT, proto)
 DissectorTable.get("udp.port"):add(PORT, proto)
-DissectorTable.get("wtap_encap"):add(wtap.USER2, proto)
+DissectorTable.get("wtap_encap"):add(wtap_encaps.USER2, proto)
 proto:register_heuristic("usb.interrupt", function(tvb, pinfo, root)
   return is_report(tvb) and report(tvb, pinfo, root)
 end)

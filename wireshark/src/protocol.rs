@@ -23,7 +23,7 @@ pub struct Protocol {
     pub note: &'static str,
     /// Number of hexadecimal digits of a number.
     pub digits: usize,
-    /// Lua constants of the line: byte order, port, and whether frames are split over records of a capture.
+    /// Lua constants of the line: byte order, port, and how a frame begins if its parts are joined from several records.
     pub line: &'static str,
     /// Names of numbers that are not in the body of a message, by field.
     pub names: Vec<(&'static str, Meaning)>,
@@ -75,7 +75,7 @@ fn kos() -> Protocol {
         number: "id, type, number of the action or notification",
         note: "All numbers are big-endian. Devices of the older dialect leave out `begin_position` in MotorInfo and MotorCalibrated, and\n`photo_count` in PlaybackStatus. The length tells the dialects apart.",
         digits: 8,
-        line: "local LITTLE, PORT, JOINS = false, 5520, false",
+        line: "local LITTLE, PORT, MARKER = false, 5520, nil",
         names: vec![
             ("message_id", names(|id| MessageId(u16::from(id)).name())),
             ("message_type", names(|kind| MessageType(kind).name())),
@@ -123,7 +123,7 @@ fn dmc() -> Protocol {
         number: "type",
         note: "All numbers are little-endian.",
         digits: 4,
-        line: "local LITTLE, PORT, JOINS = true, nil, true",
+        line: r#"local LITTLE, PORT, MARKER = true, nil, "DF""#,
         names: vec![("rig", names(|kind| RigKind(kind).name()))],
         host: probe::messages::<dmc_proto::Host>(),
         later: Vec::new(),
@@ -144,7 +144,7 @@ fn hoot() -> Protocol {
         number: "table, command, sub-address",
         note: "The table is 1 for broadcasts, 2 for the core protocol, and 0 for all others. All numbers are big-endian. A command with\ndata of another length is unknown.",
         digits: 6,
-        line: "local LITTLE, PORT, JOINS = false, nil, true",
+        line: r#"local LITTLE, PORT, MARKER = false, nil, string.rep("\0", 5) .. "\255""#,
         names: vec![
             ("response_code", names(|code| ResponseCode(code).name())),
             ("value_type", names(|value_type| ValueType(value_type).name())),
