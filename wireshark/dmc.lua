@@ -20,8 +20,7 @@ N.flags_2 = { { 0x1, "SILENT" } }
 N.flags_3 = { { 0x1, "ENABLED" }, { 0x2, "BLUR" }, { 0x4, "VIRTUAL" }, { 0x8, "LIVE" }, { 0x10, "COUPLE" },
   { 0x20, "COUPLE_REVERSE" } }
 N.flags_4 = { { 0x1, "PING_PONG" }, { 0x2, "LOOP" }, { 0x10, "CAMERA_START_STOP" }, { 0x20, "CAMERA_EVERY_FRAME" } }
-N.hw_set = { { 0x1, "1" }, { 0x2, "2" }, { 0x4, "4" }, { 0x8, "8" }, { 0x10, "16" }, { 0x20, "32" },
-  { 0x40, "64" }, { 0x80, "0 swapped" } }
+N.hw_set = { [0] = "none" }
 N.reason = { [0] = "EMERGENCY_STOP", [1] = "UPPER_LIMIT", [2] = "LOWER_LIMIT", [100] = "ENGINE_EXCEPTION" }
 N.response_code = { [16] = "OK", [17] = "ERR_CHECKSUM", [18] = "ERR_MOVING", [19] = "ERR_UNSUPPORTED",
   [20] = "ERR_RANGE", [21] = "ERR_GENERAL", [22] = "ERR_NOT_IN_POSITION", [23] = "ERR_PREROLL", [24] = "ERR_POSTROLL",
@@ -36,7 +35,7 @@ N.yes_or_no = { [0] = "no", [1] = "yes" }
 local HOST = {
   { name = "Hi", number = 0x1, tail = true },
   { name = "Dmx", number = 0x20, tail = true,
-    { "ramp", "u8", names = N.yes_or_no },
+    { "ramp", "u8", words = N.yes_or_no },
     { "start_channel", "u16" },
     { "values", "u8", list = true },
   },
@@ -79,11 +78,11 @@ local HOST = {
   },
   { name = "MotorSetLimits", number = 0x39, tail = true,
     { "motor", "u8" },
-    { "lower_enable", "u8", names = N.yes_or_no },
+    { "lower_enable", "u8", words = N.yes_or_no },
     { "lower", "i32", unit = "steps" },
-    { "upper_enable", "u8", names = N.yes_or_no },
+    { "upper_enable", "u8", words = N.yes_or_no },
     { "upper", "i32", unit = "steps" },
-    { "hw_set", "u8", flags = N.hw_set },
+    { "hw_set", "u8", words = N.hw_set },
   },
   { name = "RtUploadMoveBegin", number = 0x100, tail = true,
     { "start_frame", "i32" },
@@ -116,7 +115,7 @@ local HOST = {
     { "end_frame", "i32" },
     { "pre_roll_ms", "u32", unit = "ms" },
     { "post_roll_ms", "u32", unit = "ms" },
-    { "sync_dmx", "u8", names = N.yes_or_no },
+    { "sync_dmx", "u8", words = N.yes_or_no },
     { "bloop_location", "u32", flags = N.bloop_location },
     { "bloop_dmx_channel", "u16" },
     { "bloop_ms", "u16", unit = "ms" },
@@ -171,7 +170,7 @@ local HOST = {
     { "speed", "i16", decimals = 2, unit = "%" },
   },
   { name = "VirtAimPoint", number = 0x207, tail = true,
-    { "enable", "u8", names = N.yes_or_no },
+    { "enable", "u8", words = N.yes_or_no },
     { "aim_x", "i32", decimals = 3 },
     { "aim_y", "i32", decimals = 3 },
     { "aim_z", "i32", decimals = 3 },
@@ -199,10 +198,10 @@ local DEVICE = {
   },
   { name = "MotorStatus", number = 0x30, tail = true,
     { "motor_status", "u32", flags = 32 },
-    { "dmx_status", "u8", names = N.yes_or_no },
+    { "dmx_status", "u8", words = N.yes_or_no },
   },
   { name = "MotorMove", number = 0x31, tail = true,
-    { "moving", "u8", names = N.yes_or_no },
+    { "moving", "u8", words = N.yes_or_no },
   },
   { name = "MotorGetPosition", number = 0x34, tail = true,
     { "move_time", "i32", decimals = 3, unit = "frames" },
@@ -221,13 +220,13 @@ local DEVICE = {
     { "pan", "i32", decimals = 5 },
     { "tilt", "i32", decimals = 5 },
     { "roll", "i32", decimals = 5 },
-    { "aim_enabled", "u8", names = N.yes_or_no, needs = 1 },
+    { "aim_enabled", "u8", words = N.yes_or_no, needs = 1 },
     { "aim_x", "i32", decimals = 3, needs = 12 },
     { "aim_y", "i32", decimals = 3, needs = 8 },
     { "aim_z", "i32", decimals = 3, needs = 4 },
   },
   { name = "VirtAimPoint", number = 0x207, tail = true,
-    { "enable", "u8", names = N.yes_or_no },
+    { "enable", "u8", words = N.yes_or_no },
     { "aim_x", "i32", decimals = 3 },
     { "aim_y", "i32", decimals = 3 },
     { "aim_z", "i32", decimals = 3 },
@@ -393,6 +392,8 @@ end
 local function reading(row, number)
   local unit = row.unit and " " .. row.unit or ""
   if row.flags then return " (" .. flags_text(row.flags, number) .. ")" end
+  local word = row.words and (row.words[number] or row.words == N.yes_or_no and "yes")
+  if word then return " (" .. word .. ")" end
   if row.ring_tip then
     local bits = number % 65536
     local ring, tip = math.floor(bits / 256), bits % 256

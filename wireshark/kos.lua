@@ -36,7 +36,7 @@ N.yes_or_no = { [0] = "no", [1] = "yes" }
 local HOST = {
   { name = "KeepAlive", number = 0x0, tail = true },
   { name = "GetNetworkInfo", number = 0x20100, tail = true,
-    { "limited_response", "u8", names = N.yes_or_no, needs = 1 },
+    { "limited_response", "u8", words = N.yes_or_no, needs = 1 },
   },
   { name = "GetLEDStatus", number = 0x70100, tail = true },
   { name = "SetLEDStatus", number = 0x70000, tail = true,
@@ -81,7 +81,7 @@ local HOST = {
   { name = "SetupPlayback", number = 0x80000f, tail = true,
     { "direction", "u8", names = N.direction },
     { "start_time", "f32", unit = "s" },
-    { "delay_return", "u8", names = N.yes_or_no },
+    { "delay_return", "u8", words = N.yes_or_no },
   },
   { name = "SetPositionSpeedAcceleration", number = 0x80001c, tail = true,
     { "motor_address", "u8" },
@@ -100,7 +100,7 @@ local HOST = {
 -- Messages of the device, by number.
 local DEVICE = {
   { name = "NetworkInfo", number = 0x20200, tail = true,
-    { "dhcp", "u8", names = N.yes_or_no },
+    { "dhcp", "u8", words = N.yes_or_no },
     { "mac_address", "mac" },
     { "ip_address", "ipv4" },
     { "subnet_mask", "ipv4" },
@@ -147,7 +147,7 @@ local DEVICE = {
   { name = "MotorStatus", number = 0x810201, tail = true,
     { "motors", "bytes", count = "motor_count", of = {
       { "motor_address", "u8" },
-      { "online_status", "u8", names = N.yes_or_no },
+      { "online_status", "u8", words = N.yes_or_no },
       { "motor_type", "u8", names = N.motor_type },
       { "max_max_setup_speed", "f32", unit = "rev/s" },
       { "max_max_move_speed", "f32", unit = "rev/s" },
@@ -190,18 +190,18 @@ local BLOCKS = {
     { "playback_mode", "u8", names = N.playback_mode },
     { "duration", "f32", unit = "s" },
     { "rapid_reverse_duration", "f32", unit = "s" },
-    { "loop_after_rapid_reverse", "u8", names = N.loop_after_rapid_reverse },
-    { "loop_after_reverse", "u8", names = N.loop_after_rapid_reverse },
+    { "loop_after_rapid_reverse", "u8", words = N.loop_after_rapid_reverse },
+    { "loop_after_reverse", "u8", words = N.loop_after_rapid_reverse },
     { "delay_mode", "u8", names = N.delay_mode },
     { "delay_interval_bits", "u32" },
-    { "camera_roll_enabled", "u8", names = N.yes_or_no },
+    { "camera_roll_enabled", "u8", words = N.yes_or_no },
     { "camera_roll_pre_delay", "f32", unit = "s" },
     { "camera_roll_post_delay", "f32", unit = "s" },
-    { "flash_mark_enabled", "u8", names = N.yes_or_no },
+    { "flash_mark_enabled", "u8", words = N.yes_or_no },
     { "flash_mark_type", "u8" },
     { "flash_mark_post_delay", "f32", unit = "s" },
-    { "use_external_trigger", "u8", names = N.yes_or_no },
-    { "using_lanc", "u8", names = N.yes_or_no },
+    { "use_external_trigger", "u8", words = N.yes_or_no },
+    { "using_lanc", "u8", words = N.yes_or_no },
     { "return_to_home_percent", "f32" },
   },
   { name = "TimeLapse", number = 0x2, tail = true,
@@ -344,6 +344,8 @@ end
 local function reading(row, number)
   local unit = row.unit and " " .. row.unit or ""
   if row.flags then return " (" .. flags_text(row.flags, number) .. ")" end
+  local word = row.words and (row.words[number] or row.words == N.yes_or_no and "yes")
+  if word then return " (" .. word .. ")" end
   if row.ring_tip then
     local bits = number % 65536
     local ring, tip = math.floor(bits / 256), bits % 256

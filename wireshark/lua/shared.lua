@@ -119,6 +119,8 @@ end
 local function reading(row, number)
   local unit = row.unit and " " .. row.unit or ""
   if row.flags then return " (" .. flags_text(row.flags, number) .. ")" end
+  local word = row.words and (row.words[number] or row.words == N.yes_or_no and "yes")
+  if word then return " (" .. word .. ")" end
   if row.ring_tip then
     local bits = number % 65536
     local ring, tip = math.floor(bits / 256), bits % 256

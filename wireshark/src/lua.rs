@@ -155,7 +155,9 @@ impl Tables<'_> {
     fn meaning(&self, meaning: &Meaning) -> String {
         let how = match meaning {
             Meaning::Scaled(decimals) => return format!("decimals = {decimals}"),
-            Meaning::Names(_) => "names",
+            // A number that is not named is not an unknown one, unless all are names.
+            Meaning::Names(names) if names.iter().all(|(_, name)| name.starts_with(char::is_uppercase)) => "names",
+            Meaning::Names(_) => "words",
             Meaning::Flags(_) => "flags",
             Meaning::RingTip(_) => "ring_tip",
             Meaning::Plain | Meaning::Ipv4 | Meaning::Mac => return String::new(),

@@ -50,8 +50,8 @@ pub fn page(protocols: &[Protocol]) -> String {
 
 fn chapter(page: &mut String, protocol: &Protocol) {
     let names = &Names::of(protocol);
-    let Protocol { name, number, digits, host, later, device, groups, answers, note, .. } = protocol;
-    let _ = write!(page, "\n## {name}\n\nThe number of a message is made of: {number}.\n{note}\n");
+    let Protocol { name, digits, host, later, device, groups, answers, note, .. } = protocol;
+    let _ = write!(page, "\n## {name}\n\n{note}\n");
     for (messages, which) in [(host, "messages of the host"), (later, "messages of the host to later firmware")] {
         if messages.is_empty() {
             continue;

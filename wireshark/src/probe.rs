@@ -318,17 +318,20 @@ pub fn meaning_of(size: usize, text: &dyn Fn(u64) -> Option<String>) -> Meaning 
     let text_of = |value| {
         Some((value, text(value).filter(|text| text.starts_with(char::is_alphanumeric) && !text.starts_with("0x"))?))
     };
-    if zero.as_deref() == Some("none") {
+    // Bits have names of their own, so that the names of two bits are those of each.
+    if zero.as_deref() == Some("none") && text(3).is_some_and(|text| text.contains(['|', '+'])) {
         return Meaning::Flags((0..size * 8).filter_map(|bit| text_of(1 << bit)).collect());
     }
     // No table names greater numbers.
     let values = 0..if size == 1 { 256 } else { 1024 };
-    let names = values.filter_map(text_of).filter(|(_, text)| text.starts_with(char::is_alphabetic));
+    let is_name =
+        |(value, text): &(u64, String)| text.starts_with(char::is_alphabetic) && !text.ends_with(&format!("({value})"));
+    let names = values.filter_map(text_of).filter(is_name);
     let tips =
         |(value, text): (u64, String)| Some((value, text.strip_prefix("ring ")?.split_once(", tip ")?.1.to_owned()));
     let names: Vec<_> = names.collect();
-    let tips: Vec<_> =
-        names.iter().cloned().filter_map(tips).filter(|(_, tip)| tip.starts_with(char::is_alphabetic)).collect();
+    let bytes = names.iter().filter(|(value, _)| *value < 256).cloned();
+    let tips: Vec<_> = bytes.filter_map(tips).filter(|(_, tip)| tip.starts_with(char::is_alphabetic)).collect();
     if !tips.is_empty() {
         return Meaning::RingTip(tips);
     }

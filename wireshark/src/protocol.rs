@@ -17,8 +17,6 @@ pub struct Protocol {
     pub key: &'static str,
     /// Name of the protocol.
     pub name: &'static str,
-    /// What a number of a message is made of.
-    pub number: &'static str,
     /// Sentences about the tables of the messages.
     pub note: &'static str,
     /// Number of hexadecimal digits of a number.
@@ -72,8 +70,7 @@ fn kos() -> Protocol {
     Protocol {
         key: "kos",
         name: "kOS",
-        number: "id, type, number of the action or notification",
-        note: "All numbers are big-endian. Devices of the older dialect leave out `begin_position` in MotorInfo and MotorCalibrated, and\n`photo_count` in PlaybackStatus. The length tells the dialects apart.",
+        note: "The number of a message is its id, its type, and the number of the action or notification.\nAll numbers are big-endian. Devices of the older dialect leave out `begin_position` in MotorInfo and MotorCalibrated, and\n`photo_count` in PlaybackStatus. The length tells the dialects apart.",
         digits: 8,
         line: "local LITTLE, PORT, MARKER = false, 5520, nil",
         names: vec![
@@ -120,8 +117,7 @@ fn dmc() -> Protocol {
     Protocol {
         key: "dmc",
         name: "DMC",
-        number: "type",
-        note: "All numbers are little-endian.",
+        note: "The number of a message is its type. All numbers are little-endian.",
         digits: 4,
         line: r#"local LITTLE, PORT, MARKER = true, nil, "DF""#,
         names: vec![("rig", names(|kind| RigKind(kind).name()))],
@@ -141,8 +137,7 @@ fn hoot() -> Protocol {
     Protocol {
         key: "hoot",
         name: "hoot",
-        number: "table, command, sub-address",
-        note: "The table is 1 for broadcasts, 2 for the core protocol, and 0 for all others. All numbers are big-endian. A command with\ndata of another length is unknown.",
+        note: "The number of a message is its table, its command and its sub-address. The table is 1 for broadcasts, 2 for\nthe core protocol, and 0 for all others. All numbers are big-endian.\nA command with data of another length is unknown.",
         digits: 6,
         line: r#"local LITTLE, PORT, MARKER = false, nil, string.rep("\0", 5) .. "\255""#,
         names: vec![

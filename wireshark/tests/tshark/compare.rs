@@ -125,7 +125,9 @@ fn same(view: &View, item: &Item) -> bool {
     };
     // A name, or a number with a decimal point, is shown beside the value.
     let is_decimal = view.text.contains('.') && view.text.parse::<f64>().is_ok();
-    let is_shown = is_decimal || view.text.starts_with(char::is_alphabetic) && !view.text.starts_with("yes (");
+    let is_shown = is_decimal || view.text.starts_with(char::is_alphabetic);
+    // The text of a yes adds its number if it is not 1.
+    let word = view.text.split(" (").next().unwrap_or_default();
     let is_number = matches!(view.leaf, Leaf::Unsigned(_) | Leaf::Signed(_));
-    is_value && (!(is_number && is_shown) || item.text.contains(&view.text)) && item.text.contains(view.unit)
+    is_value && (!(is_number && is_shown) || item.text.contains(word)) && item.text.contains(view.unit)
 }
