@@ -35,14 +35,18 @@ local function keep(field)
   return field
 end
 
+-- Name of a field for people.
+local function label_of(name)
+  return (name:gsub("_", " "):gsub("^%l", string.upper))
+end
+
 local function field_of(row)
   local name, kind = row[1], row[2]
   local id = table.concat({ name, kind, tostring(row.names), tostring(row.hex or row.flags ~= nil) }, " ")
   if not F[id] then
-    local label = name:gsub("_", " "):gsub("^%l", string.upper)
     local integer = kind:match("^[ui]%d")
     local style = integer and ((row.hex or row.flags) and base.HEX or base.DEC) or nil
-    F[id] = keep(MAKE[kind](KEY .. "." .. name, label, style, integer and row.names or nil))
+    F[id] = keep(MAKE[kind](KEY .. "." .. name, label_of(name), style, integer and row.names or nil))
   end
   return F[id]
 end
@@ -154,11 +158,12 @@ end
 local add_rows
 local function add_list(tree, tvb, at, count, row)
   if count == 0 then return at end
-  local list = tree:add(tvb(at, count * row.size), string.format("%s: %d", row[1], count))
+  local label = label_of(row[1])
+  local list = tree:add(tvb(at, count * row.size), string.format("%s: %d", label, count))
   for index = 1, count do
     local place = tvb(at, row.size)
     if row.of then
-      add_rows(list:add(place, string.format("%s %d", row[1], index)), tvb, at, at + row.size, row.of)
+      add_rows(list:add(place, string.format("%s %d", label, index)), tvb, at, at + row.size, row.of)
     else
       add_value(list, row, place)
     end
@@ -315,6 +320,11 @@ local function show_frame(tvb, pinfo, root, at, size)
   tree:add(F.message, name):set_generated()
   tree:add(F.sender, frame.sender):set_generated()
   frame.request = pair(tree, pinfo, id_of(pinfo, tvb, at, size), frame)
+  local about = frame.request and frame.request.message
+  if about and (name == "Reply" or name == "Ack") then
+    name = name .. " to " .. about.name
+    tree:set_text(string.format("%s, %s: %s", NAME, frame.sender, name))
+  end
   add_rows(tree, tvb, at, frame.body, frame.header)
   if frame.message and frame.message.sub_row then add_value(tree, frame.message.sub_row, frame.sub) end
   add_body(tree, tvb, frame)
