@@ -100,7 +100,8 @@ pub(crate) const TARGETS: &[Target] = &[
         "push and next",
         &[("tokio-util, BytesMut", Speed(2.4)), ("byte machine", Shown)],
     ),
-    target("I2", "floods, work for each byte", WORST, "4 n", &[("", Cost(8.0)), ("n", Cost(1.01))]),
+    // The last bytes of a stream are not looked at, which counts for more in a short one.
+    target("I2", "floods, work for each byte", WORST, "4 n", &[("", Cost(8.0)), ("n", Cost(1.03))]),
     target("I2", "floods, longer and longer", WORST, "4 n", &[("n", Cost(1.2))]),
     target("I2", "floods, pieces of 64 KiB", WORST, "limit 1048", FLOOD),
     target("I2", "floods, pieces of 64 KiB", WORST, "limit 2048", FLOOD),
@@ -113,9 +114,9 @@ pub(crate) const TARGETS: &[Target] = &[
         "DMC encode",
         &["19 B", "80 B", "1041 B"],
         "dmc-proto",
-        &[("memcpy and sum", Speed(0.95)), ("bytes, BytesMut", Speed(2.2))],
+        &[("memcpy and sum", Speed(0.95)), ("bytes, BytesMut", Shown)],
     ),
-    target("B1", BATCHES, CURVES, "positions", &[("y alone, added up", Speed(0.6)), ("kurbo", Speed(14.0))]),
+    target("B1", BATCHES, CURVES, "positions", &[("y by de Casteljau", Speed(0.6)), ("kurbo", Speed(14.0))]),
     target(
         "B2",
         "B2, random access, 992 times, with the making of tables",

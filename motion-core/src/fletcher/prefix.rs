@@ -4,7 +4,7 @@ use super::{Sum, verify};
 use crate::stream::Memo;
 
 /// Bytes of failed checks that are allowed for each byte of the stream.
-const CREDIT: usize = 3;
+const CREDIT: usize = 2;
 /// How many times slower it is to enter a byte into the sums than to check it directly.
 const SLOWER: usize = 8;
 /// Number of bytes that enter the sums before they are needed, because a few bytes at a time are slow.
@@ -16,7 +16,7 @@ const FIRST_BUDGET: usize = 256;
 ///
 /// After a wrong length, a receiver checks again at the next marker. A hostile stream consists of markers and long
 /// lengths: if each frame were summed on its own, each byte would be summed thousands of times. So a frame is summed
-/// directly only while failed checks have cost at most three bytes for each byte of the stream. After that, prefix sums
+/// directly only while failed checks have cost at most two bytes for each byte of the stream. After that, prefix sums
 /// decide in constant time, and each byte enters the sums once.
 ///
 /// Without failures it costs only memory: two bytes for each byte of the buffer.
