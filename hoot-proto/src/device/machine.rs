@@ -200,8 +200,10 @@ impl<const QUIRKS: bool> DeviceMachine<QUIRKS> {
             Input::Received { port, to, message } => (Happened::Request(port, to, Request::of(&message)), to, message),
             input => (Happened::Report(input), Address::MASTER, HostMessage::other(0, &[])),
         };
+        let mut effects = Effects::default();
+        self.act_into(now, &mut effects, happened);
         let mut is_second = false;
-        output.take_over(&self.act(now, happened), |effect| match *effect {
+        output.take_over(&effects, |effect| match *effect {
             Effect::Event(event) => Effect::Event(event),
             Effect::Transmit(Reaction::Ignore(port, to, why)) => {
                 Effect::Event(Event::Ignored { port, to, message: message.into(), why })
@@ -224,10 +226,17 @@ impl<const QUIRKS: bool> DeviceMachine<QUIRKS> {
     }
 
     /// Takes something that happened at a moment, and returns all that follows from it.
-    #[expect(clippy::needless_pass_by_value, reason = "a reference makes the code of firmware longer")]
     pub(super) fn act(&mut self, now: Millis, happened: Happened<'_>) -> Effects {
         let mut effects = Effects::default();
-        let output = &mut effects;
+        self.act_into(now, &mut effects, happened);
+        effects
+    }
+
+    /// Takes something that happened at a moment, and adds all that follows from it to an empty output.
+    // `run` calls this one, because the 2 KiB of a returned output are copied, which was a third of an idle wake. Firmware is
+    // 436 bytes shorter with a returned one.
+    #[expect(clippy::needless_pass_by_value, reason = "a reference makes the code of firmware longer")]
+    fn act_into(&mut self, now: Millis, output: &mut Effects, happened: Happened<'_>) {
         // What stops comes first, and once more at the end: nothing that starts now may outlive its time.
         self.watch_master(now, output);
         self.limit_run_time(now, output);
@@ -245,9 +254,11 @@ impl<const QUIRKS: bool> DeviceMachine<QUIRKS> {
         for reaction in reactions.into_iter().flatten() {
             output.transmit(reaction);
         }
-        self.wakes(output);
-        effects.wake = effects.wake.filter(|&wake| wake > now);
-        effects
+        // At rest, nothing waits for a time.
+        if self.may_move() {
+            self.wakes(output);
+        }
+        output.wake = output.wake.filter(|&wake| wake > now);
     }
 
     fn report(&mut self, now: Millis, output: &mut Effects, input: Input<'_>) {
