@@ -24,7 +24,7 @@ impl<const CAP: usize> Framing for Hoot<CAP> {
     #[inline]
     fn head(bytes: &[u8]) -> Head {
         match Header::ref_from_prefix(bytes) {
-            Ok((header, _)) if header.break_ == BREAK => match header.frame_len() {
+            Ok((header, _)) if header.has_break() => match header.frame_len() {
                 total if total <= Self::MAX => Head::Total(total),
                 total => Head::Skip(BREAK.len(), Noise::TooLong { total, max: Self::MAX }),
             },
@@ -108,7 +108,7 @@ impl<const CAP: usize> Framing for Strict<CAP> {
     fn head(bytes: &[u8]) -> Head {
         let Ok((header, _)) = Header::ref_from_prefix(bytes) else { return Head::More(HEADER_LEN) };
         let total = header.frame_len();
-        if header.break_ != BREAK {
+        if !header.has_break() {
             Head::Skip(total, Noise::NoMarker)
         } else if total > Self::MAX {
             Head::Skip(total, Noise::TooLong { total, max: Self::MAX })

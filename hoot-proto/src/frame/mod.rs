@@ -131,6 +131,14 @@ pub struct Header {
 }
 
 impl Header {
+    /// Whether the packet begins with a break.
+    // Two numbers, because six bytes that are compared as an array are first joined to one number: three instructions more.
+    #[inline]
+    const fn has_break(&self) -> bool {
+        let [b0, b1, b2, b3, b4, b5] = self.break_;
+        u32::from_be_bytes([b0, b1, b2, b3]) == 0 && u32::from_be_bytes([b2, b3, b4, b5]) == 0xFF
+    }
+
     /// Address of the receiver.
     #[must_use]
     pub const fn address(&self) -> Address {
@@ -197,7 +205,7 @@ impl<'a> Frame<'a> {
     pub fn decode(bytes: &'a [u8]) -> Result<Self, FrameError> {
         let have = bytes.len();
         let packet = Packet::ref_from_bytes(bytes).map_err(|_| FrameError::Truncated { needed: HEADER_LEN, have })?;
-        if packet.header.break_ != BREAK {
+        if !packet.header.has_break() {
             return Err(FrameError::NoBreak { found: packet.header.break_ });
         }
         let needed = packet.header.frame_len();
