@@ -1,7 +1,6 @@
 //! Modules that the example programs share.
 
 pub mod cli;
-pub mod moves;
 pub mod print;
 pub mod program;
 pub mod record;

@@ -58,7 +58,6 @@ mod grammar;
 mod lines;
 mod source;
 
-pub use encoding::read_text;
 pub use error::{SourceError, TextError, TextProblem};
 pub use source::{Format, Piece, Senders, Source};
 

@@ -2,8 +2,7 @@
 
 use std::ops::Range;
 
-use examples::moves::{Move, MoveAxis};
-use motion_core::bezier::Key;
+use motion_move::{KeyFrame, Move, MoveAxis};
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
@@ -49,7 +48,7 @@ type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorTy
 
 /// Width and height of the figure in pixels, each `fine` times as great as in the SVG.
 pub(crate) fn size(subject: &Move, fine: i32) -> (u32, u32) {
-    let height = subject.axes.iter().fold(TITLE, |height, _| height + AXIS);
+    let height = subject.axes().iter().fold(TITLE, |height, _| height + AXIS);
     ((WIDTH * fine).unsigned_abs(), (height * fine).unsigned_abs())
 }
 
@@ -57,13 +56,13 @@ pub(crate) fn size(subject: &Move, fine: i32) -> (u32, u32) {
 pub(crate) fn draw<DB: DrawingBackend>(subject: &Move, area: &DrawingArea<DB, Shift>, fine: i32) -> Drawn<DB> {
     let pen = Pen { area, fine };
     area.fill(&WHITE)?;
-    pen.text(&subject.name, (20, 16), LARGE, INK)?;
-    let (seconds, frames) = (number(subject.duration), subject.frames);
+    pen.text(subject.name(), (20, 16), LARGE, INK)?;
+    let (seconds, frames) = (number(subject.duration()), subject.frames());
     let about = format!("{seconds} s, {} frames at {} per second", frames.count, frames.rate);
     pen.text(&about, (20, 42), SMALL, GREY)?;
     let mut top = TITLE;
-    for (axis, colour) in subject.axes.iter().zip(COLOURS.iter().cycle()) {
-        pen.axis(axis, subject.duration, top, *colour)?;
+    for (axis, colour) in subject.axes().iter().zip(COLOURS.iter().cycle()) {
+        pen.axis(axis, subject.duration(), top, *colour)?;
         top += AXIS;
     }
     area.present()
@@ -76,7 +75,7 @@ struct Content<'a> {
     lines: &'a [Line],
     values: Range<f64>,
     limit: Option<f64>,
-    keys: &'a [Key],
+    keys: &'a [KeyFrame],
 }
 
 /// A pen that draws on an area with `fine` pixels for each pixel of the SVG.
@@ -87,14 +86,14 @@ struct Pen<'a, DB: DrawingBackend> {
 
 impl<DB: DrawingBackend> Pen<'_, DB> {
     fn axis(&self, axis: &MoveAxis, duration: f64, top: i32, colour: RGBColor) -> Drawn<DB> {
-        let MoveAxis { name, unit, keys, limits, .. } = axis;
+        let (name, unit, keys, limits) = (axis.name(), axis.unit(), axis.keys(), axis.limits());
         self.text(name, (20, top + 8), MIDDLE, colour)?;
         let Traces { position, velocity, acceleration } = Traces::new(axis, duration);
         let (speed, push) = (limits.map(|limits| limits.velocity), limits.map(|limits| limits.acceleration));
         let contents = [
             Content {
                 title: "position",
-                unit: unit.clone(),
+                unit: unit.to_owned(),
                 lines: &position,
                 values: trace::positions(&position),
                 limit: None,
@@ -163,7 +162,8 @@ impl<DB: DrawingBackend> Pen<'_, DB> {
     /// Draws the zero line, the times of key frames, and the limits.
     fn marks(&self, panel: &mut Panel<'_, DB>, content: &Content<'_>, axis: &MoveAxis, duration: f64) -> Drawn<DB> {
         let Range { start: low, end: high } = content.values;
-        let keys = axis.keys.iter().map(|key| PathElement::new([(key.time, low), (key.time, high)], self.stroke(GRID)));
+        let keys =
+            axis.keys().iter().map(|key| PathElement::new([(key.time, low), (key.time, high)], self.stroke(GRID)));
         panel.draw_series(keys)?;
         let zero =
             content.values.contains(&0.0).then(|| PathElement::new([(0.0, 0.0), (duration, 0.0)], self.stroke(FRAME)));

@@ -7,7 +7,7 @@ mod trace;
 use std::error::Error;
 use std::io::Write;
 
-use examples::moves::Move;
+use motion_move::Move;
 use plotters::prelude::{BitMapBackend, FontStyle, IntoDrawingArea, SVGBackend};
 use plotters::style::register_font;
 

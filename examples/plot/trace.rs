@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use examples::moves::MoveAxis;
 use motion_core::bezier::Motion;
+use motion_move::MoveAxis;
 
 /// Least number of points for the whole duration of a move.
 const POINTS: f64 = 1_200.0;

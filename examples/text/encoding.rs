@@ -117,16 +117,3 @@ pub(super) fn read_head(input: &mut impl Read, enough: usize) -> io::Result<Vec<
     }
     Ok(head)
 }
-
-/// Reads a whole text in UTF-8 or UTF-16.
-///
-/// # Errors
-///
-/// The errors of `input`, and an error if the bytes are not text.
-pub fn read_text(mut input: impl Read) -> io::Result<String> {
-    let head = read_head(&mut input, LEAST)?;
-    let encoding = Encoding::of(&head);
-    let mut text = String::new();
-    Decoder::new(Cursor::new(head).chain(input), encoding).read_to_string(&mut text)?;
-    Ok(text)
-}

@@ -5,8 +5,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
-use examples::moves::Move;
 use examples::program::{Failure, written};
+use motion_move::Move;
 
 /// Draw a move file: position, velocity and acceleration of each axis over time
 ///

@@ -3,7 +3,7 @@
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use examples::moves::Move;
+use motion_move::{Move, MoveAxis};
 
 fn samples() -> impl Iterator<Item = PathBuf> {
     let moves = Path::new(env!("CARGO_MANIFEST_DIR")).join("../moves");
@@ -23,14 +23,14 @@ fn every_axis_has_its_curves_inside_the_picture() {
         let subject = Move::read(&path).unwrap();
         let svg = plot::svg(&subject).unwrap();
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
-        for text in subject.axes.iter().map(|axis| &axis.name).chain([&subject.name]) {
-            assert!(svg.contains(text.as_str()), "{text}");
+        for text in subject.axes().iter().map(MoveAxis::name).chain([subject.name()]) {
+            assert!(svg.contains(text), "{text}");
         }
         let head = svg.split("viewBox=\"0 0 ").nth(1).unwrap().split('"').next().unwrap();
         let (width, height) = head.split_once(' ').unwrap();
         let (width, height): (f64, f64) = (width.parse().unwrap(), height.parse().unwrap());
         let points = points(&svg);
-        assert!(points.len() > 3_000 * subject.axes.len(), "{} points", points.len());
+        assert!(points.len() > 3_000 * subject.axes().len(), "{} points", points.len());
         for (x, y) in points {
             assert!((0.0..=width).contains(&x) && (0.0..=height).contains(&y), "({x}, {y}) in {}", path.display());
         }

@@ -56,6 +56,18 @@ impl StepScale {
         }
     }
 
+    /// Steps per unit; negative if the motor runs against the axis.
+    #[must_use]
+    pub const fn per_unit(&self) -> f64 {
+        self.per_unit
+    }
+
+    /// Steps at position 0.
+    #[must_use]
+    pub const fn offset(&self) -> f64 {
+        self.offset
+    }
+
     /// The steps at a position, rounded to the nearest whole step; halves are rounded away from zero.
     ///
     /// # Errors

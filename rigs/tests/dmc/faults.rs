@@ -6,7 +6,7 @@ use dmc_proto::Token;
 use dmc_proto::device::{Quirks, State};
 use dmc_proto::host::{self, Outcome, StopTarget};
 use dmc_proto::message::{FrameNumber, Motor, RunFlags};
-use examples::moves::Move;
+use motion_move::Move;
 use motion_rigs::device::Named;
 use motion_rigs::dmc_device::Setup;
 use motion_rigs::dmc_host::{Answer, Command, Event, Shot, Table};

@@ -6,7 +6,7 @@ use dmc_proto::message::{
     AckCode, Bool, DmxChannel, FrameNumber, FramesPerSecond, HostMessage, Motor, MotorConfigure, MotorFlags, RtJogAll,
     RtPositionFrame, RtRunMove, RtStopLoop, RunFlags, Scaled, Triggers,
 };
-use examples::moves::Move;
+use motion_move::Move;
 use motion_rigs::Rig as _;
 use motion_rigs::dmc_device::Setup;
 use motion_rigs::dmc_host::{Answer, Command, Event, Shot, Table};
@@ -20,10 +20,10 @@ use super::stage::{Stage, devices, end_frame, jog, move_to, run, sample};
 /// greatest difference is then an eighth of the acceleration times the square of the time between frames.
 pub(crate) fn hold(stage: &Stage, sample: &Move) -> Option<f64> {
     let moment = stage.scene.rig.moment()?;
-    let between = 1.0 / sample.frames.rate.to_f64();
+    let between = 1.0 / sample.frames().rate.to_f64();
     let time = (moment - 1.0) * between;
-    for axis in &sample.axes {
-        let Some(dmc) = axis.dmc else { continue };
+    for axis in sample.axes() {
+        let Some(dmc) = axis.dmc() else { continue };
         let curve = axis.curve();
         let zero = dmc.scale.position(0);
         let steps_per_unit = (dmc.scale.position(1) - zero).recip();

@@ -7,8 +7,8 @@ use dmc_proto::message::{
     FrameNumber, FramesPerSecond, HostMessage, JogSpeed, Milliseconds, Motor, MotorJog, MotorMove, MotorStatusRequest,
     Motors, RtRunMove, RunFlags, Scaled, Steps,
 };
-use examples::moves::Move;
 use motion_core::time::Millis;
+use motion_move::Move;
 use motion_rigs::device::Named;
 use motion_rigs::dmc_device::{DmcDevice, Setup};
 use motion_rigs::dmc_host::{Answer, Command, DmcHost, Event, Table};
@@ -237,10 +237,10 @@ pub(crate) fn run(fps_x1000: u32, start: i32, end: i32, roll_ms: u32, flags: Run
 pub(crate) fn sample(name: &str) -> (Move, Table) {
     let path = format!("{}/../examples/moves/{name}.json", env!("CARGO_MANIFEST_DIR"));
     let sample = Move::read(path.as_ref()).unwrap();
-    let mut table = Table::new(FrameNumber(1), sample.frames.count);
-    for axis in &sample.axes {
-        let Some(dmc) = axis.dmc else { continue };
-        let steps = axis.curve().steps(sample.frames, dmc.scale).collect::<Result<Vec<_>, _>>().unwrap();
+    let mut table = Table::new(FrameNumber(1), sample.frames().count);
+    for axis in sample.axes() {
+        let Some(dmc) = axis.dmc() else { continue };
+        let steps = axis.curve().steps(sample.frames(), dmc.scale).collect::<Result<Vec<_>, _>>().unwrap();
         table = table.with(Motor(dmc.motor), steps);
     }
     (sample, table)

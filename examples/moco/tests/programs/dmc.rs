@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use dmc_proto::message::{Ack, AckCode, Hi};
 use dmc_proto::{DeviceMessage, MessageId, MessageType};
-use examples::moves::Move;
 use examples::program::Status;
+use motion_move::Move;
 
 use crate::process::{Program, Rig, Scenario, cut, done_or_at_rest, file, interrupted, missed};
 use crate::record::{Planned, Row, is_at, last};
@@ -27,8 +27,8 @@ const MOVE: &str = r#"{
 #[track_caller]
 fn check(rows: &[Row]) {
     let planned = Move::parse("move", MOVE).unwrap();
-    let axis = &planned.axes[0];
-    let (scale, curve) = (axis.dmc.unwrap().scale, axis.curve());
+    let axis = &planned.axes()[0];
+    let (scale, curve) = (axis.dmc().unwrap().scale, axis.curve());
     let position = |frame: f64| f64::from(scale.steps(curve.position((frame - 1.0) / 24.0)).unwrap());
     Planned { motor: 2, moments: (1.0, 49.0), rate: 24.0, position, tolerance: 15.0 }.check(rows);
     let whole = rows.iter().filter(|row| row.motor == 2);

@@ -1,6 +1,6 @@
 //! Scenarios of hoot, over TCP and a pseudo-terminal.
 
-use examples::moves::Move;
+use motion_move::Move;
 
 use crate::process::{Program, Rig, Scenario, cut, done_or_at_rest, file, interrupted, missed, within};
 use crate::record::{Planned, Row, is_at, last};
@@ -20,8 +20,8 @@ const MOVE: &str = r#"{
 #[track_caller]
 fn check(rows: &[Row]) {
     let planned = Move::parse("move", MOVE).unwrap();
-    let axis = &planned.axes[0];
-    let (scale, curve) = (axis.hoot.unwrap().scale, axis.curve());
+    let axis = &planned.axes()[0];
+    let (scale, curve) = (axis.hoot().unwrap().scale, axis.curve());
     let position = |millis: f64| f64::from(scale.steps(curve.position(millis / 1000.0)).unwrap());
     Planned { motor: 2, moments: (0.0, 2250.0), rate: 1000.0, position, tolerance: 3.5 }.check(rows);
 }

@@ -4,7 +4,7 @@ use std::net::UdpSocket;
 use std::thread::sleep;
 use std::time::Duration;
 
-use examples::moves::Move;
+use motion_move::Move;
 
 use examples::program::Status;
 
@@ -41,11 +41,11 @@ fn calibrated(test: &str, args: &[&str]) -> Rig {
 #[track_caller]
 fn check(rows: &[Row]) {
     let planned = Move::parse("move", MOVE).unwrap();
-    for axis in &planned.axes {
-        let (kos, curve) = (axis.kos.unwrap(), axis.curve());
+    for axis in planned.axes() {
+        let (kos, curve) = (axis.kos().unwrap(), axis.curve());
         let position = |time| kos.rotations.at(curve.position(time));
         let motor = kos.motor;
-        Planned { motor, moments: (0.0, planned.duration), rate: 1.0, position, tolerance: 1e-3 }.check(rows);
+        Planned { motor, moments: (0.0, planned.duration()), rate: 1.0, position, tolerance: 1e-3 }.check(rows);
     }
 }
 

@@ -15,8 +15,8 @@ use dmc_proto::message::{
     Acceleration, Bool, CameraFlags, Capabilities, GioCam, HardwareLimitSet, JogSpeed, Milliseconds, Motor, MotorJog,
     MotorMove, MotorSetLimits, MotorSetSpeed, MotorStatusRequest, Motors, RtRunMove, Scaled, Speed, Steps,
 };
-use examples::moves::Move;
 use motion_core::time::Millis;
+use motion_move::Move;
 use motion_rigs::dmc_host::{Answer, Command as Order, DmcHost, Event, TOLERANCE, Token};
 use tokio::time::{Instant, timeout};
 

@@ -2,7 +2,7 @@
 
 use dmc_proto::message::{FrameNumber, FramesPerSecond, Motor, MotorPair, Motors, Steps};
 use dmc_proto::upload::MoveSource;
-use examples::moves::{Excess, ExcessKind, Move};
+use motion_move::{Excess, ExcessKind, Move};
 use motion_rigs::dmc_host::{Shot, Table};
 
 use super::ROLL;
@@ -29,12 +29,12 @@ impl Plan {
             return Err(refused(format!("{excess}{more}: make the move slower, or its \"limits\" wider")));
         }
         let first = FrameNumber(1);
-        let mut table = Table::new(first, read.frames.count);
+        let mut table = Table::new(first, read.frames().count);
         let mut sent = 0;
-        for axis in &read.axes {
-            let Some(dmc) = axis.dmc else { continue };
-            let steps = axis.curve().steps(read.frames, dmc.scale).collect::<Result<Vec<_>, _>>();
-            let steps = steps.map_err(|error| refused(format!("axis {:?}: {error}", axis.name)))?;
+        for axis in read.axes() {
+            let Some(dmc) = axis.dmc() else { continue };
+            let steps = axis.curve().steps(read.frames(), dmc.scale).collect::<Result<Vec<_>, _>>();
+            let steps = steps.map_err(|error| refused(format!("axis {:?}: {error}", axis.name())))?;
             let rest = steps.iter().rev().take_while(|at| Some(*at) == steps.last()).skip(1).count();
             sent = u32::try_from(steps.len() - rest).map_or(u32::MAX, |steps| steps.saturating_add(sent));
             table = table.with(Motor(dmc.motor), steps);
@@ -44,7 +44,7 @@ impl Plan {
                 "no axis has a DMC motor: give one \"dmc\": { \"motor\": 1, \"steps_per_unit\": ... }".to_owned(),
             ));
         }
-        let rate = read.frames.rate.to_milli().map_err(|error| refused(format!("\"rate\": {error}")))?;
+        let rate = read.frames().rate.to_milli().map_err(|error| refused(format!("\"rate\": {error}")))?;
         let last = table.last_frame();
         Ok(Self { table, first, last, rate: FramesPerSecond(rate), sent })
     }
@@ -81,14 +81,14 @@ const ROUNDING: f64 = 1e-6;
 /// Whether a run reaches the velocity at an end of the move in its pre-roll, or comes to rest in its post-roll, within
 /// the limits of the axis. It does so only at the first and at the last frame.
 fn is_rolled(read: &Move, excess: &Excess<'_>) -> bool {
-    let (axis, last) = (excess.axis, read.frames.count.saturating_sub(1));
+    let (axis, last) = (excess.axis, read.frames().count.saturating_sub(1));
     let (jump, is_outer) = match excess.kind {
-        ExcessKind::Start(jump) => (jump, axis.curve().start() <= read.frames.time(0)),
-        ExcessKind::End(jump) => (jump, axis.curve().end() >= read.frames.time(last)),
+        ExcessKind::Start(jump) => (jump, axis.curve().start() <= read.frames().time(0)),
+        ExcessKind::End(jump) => (jump, axis.curve().end() >= read.frames().time(last)),
         _ => return false,
     };
-    let most = axis.limits.map(|limits| limits.acceleration * f64::from(ROLL) / 1000.0 * (1.0 + ROUNDING));
-    axis.dmc.is_some() && is_outer && jump.zip(most).is_some_and(|(jump, most)| jump.abs() <= most)
+    let most = axis.limits().map(|limits| limits.acceleration * f64::from(ROLL) / 1000.0 * (1.0 + ROUNDING));
+    axis.dmc().is_some() && is_outer && jump.zip(most).is_some_and(|(jump, most)| jump.abs() <= most)
 }
 
 #[cfg(test)]

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use examples::moves::Move;
 use hoot_proto::HostMessage;
 use hoot_proto::message::{
     self, Bool, CameraExposureTime, Microstep, Milliseconds, Motor, ProgramMode, ProgramModeQuery, RunState, RunStatus,
     RunTime, ShortShots, ShortSpan, Shots, Span, Steps,
 };
+use motion_move::Move;
 use tokio::time::Instant;
 
 use super::motion::milliseconds;

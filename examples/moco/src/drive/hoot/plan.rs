@@ -7,10 +7,10 @@
 //! planned move is off by at most 1.02 steps. Straight axes are exact too, but such a
 //! move begins and ends in motion, so that an axis with limits cannot have one. Flat handles of another length are not.
 
-use examples::moves::{Hoot, Move, MoveAxis};
 use hoot_proto::Address;
 use hoot_proto::message::{Easing, Motor, Span, Steps};
 use hoot_proto::program::Plan;
+use motion_move::{Hoot, Move, MoveAxis};
 
 use crate::drive::Trouble;
 
@@ -98,25 +98,26 @@ impl Planned {
 ///
 /// [`Trouble::Refused`] if the move has no axis for the node, or if a planned move or the rig cannot do it.
 pub fn plans(file: &Move, node: Address, count: Count, reverse: bool) -> Result<Vec<Planned>, Trouble> {
-    let photo = |shots: u32| file.duration / f64::from(shots.saturating_sub(1).max(1));
+    let photo = |shots: u32| file.duration() / f64::from(shots.saturating_sub(1).max(1));
     // Time of a count of the lead-in, and number of counts of the travel in that time.
     let (seconds, counts_of_travel) = match count {
         Count::Video => (0.001, 1),
         Count::Shots(shots) => (photo(shots), 1),
         Count::Lapse { shots, interval } => (photo(shots), interval.max(1)),
     };
-    let all = counts(file.duration / seconds).unwrap_or(0);
+    let all = counts(file.duration() / seconds).unwrap_or(0);
     let mut planned: Vec<Planned> = Vec::new();
-    for axis in &file.axes {
-        let Some(hoot) = axis.hoot.filter(|hoot| hoot.address == node.0) else { continue };
+    for axis in file.axes() {
+        let Some(hoot) = axis.hoot().filter(|hoot| hoot.address == node.0) else { continue };
         let at = if matches!(count, Count::Shots(_)) { Plan::at_shot } else { Plan::at };
         let this = fit(axis, &hoot, seconds, counts_of_travel, at)
-            .map_err(|why| Trouble::Refused(format!("axis {:?}: {why}", axis.name)))?;
+            .map_err(|why| Trouble::Refused(format!("axis {:?}: {why}", axis.name())))?;
         let this = if reverse { this.reversed(all) } else { this };
         if planned.iter().any(|other| other.motor == this.motor) {
             return Err(Trouble::Refused(format!(
                 "axis {:?}: motor {} already has an axis: remove one of them",
-                axis.name, this.motor
+                axis.name(),
+                this.motor
             )));
         }
         planned.push(this);
@@ -141,10 +142,10 @@ fn fit(
     counts_of_travel: u32,
     at: fn(&Plan, u32) -> Steps,
 ) -> Result<Planned, String> {
-    let [first, last] = &axis.keys[..] else {
+    let [first, last] = axis.keys() else {
         return Err(format!(
             "it has {} key frames, but a planned move has two: remove those between the first and the last",
-            axis.keys.len()
+            axis.keys().len()
         ));
     };
     let steps = |position: f64| {
@@ -275,7 +276,7 @@ mod tests {
         let planned = plans(&file, NODE, Count::Video, false).unwrap()[0];
         assert_eq!((planned.plan.start, planned.plan.stop, planned.lead_in), (Steps(0), Steps(9000), 500));
         assert_eq!((planned.plan.travel, planned.plan.easing), (Span(4000), Easing::INVERSE_QUADRATIC));
-        let curve = file.axes[0].curve();
+        let curve = file.axes()[0].curve();
         let off = |at: u32| {
             let place = f64::from(planned.plan.at(at.saturating_sub(planned.lead_in)).0);
             (place - 100.0 * curve.position(f64::from(at) / 1000.0)).abs()
@@ -333,9 +334,10 @@ mod tests {
         let none = refused("\"hoot\": { ", "\"hoot\": { \"address\": 4, ");
         assert!(none.contains("no axis for node 3"), "{none}");
         let long = pan("\"duration\": 5,", "");
-        let mut long = long.axes[0].clone();
-        long.keys[1].time = 20_000.0;
-        let hoot = long.hoot.unwrap();
+        let [first, last] = long.axes()[0].keys() else { panic!("two key frames") };
+        let keys = [*first, motion_move::KeyFrame { time: 20_000.0, ..*last }];
+        let long = long.axes()[0].to_builder().keys(keys).build().unwrap();
+        let hoot = long.hoot().unwrap();
         assert!(fit(&long, &hoot, 0.001, 1, Plan::at).unwrap_err().contains("too long"));
     }
 }

@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::time::Duration;
 
-use examples::moves::Move;
 use kos_proto::HostMessage;
 use kos_proto::host::{self, Move as Told, MoveState, Outcome, Refusal};
 use kos_proto::message::{ActionId, MotorAddress, Normalized, Photos, Seconds};
 use kos_proto::trajectory::{Delay, LiveMotion, Loop, Play, Style, TimeLapseMotion, Trajectory};
+use motion_move::Move;
 use motion_rigs::kos_host::{Command as Order, Event, StoredMove};
 use tokio::time::Instant;
 
@@ -49,7 +49,7 @@ impl Drive<'_> {
     fn live(&mut self, file: &Path) -> Result<StoredMove, Trouble> {
         let home_speed = self.home_speed()?;
         self.planned(file, |file| {
-            let duration = Seconds(file.duration as f32);
+            let duration = Seconds(file.duration() as f32);
             Ok(Play::Live(LiveMotion { duration, repeat: Loop::Once, delay: Delay::None, home_speed }))
         })
     }

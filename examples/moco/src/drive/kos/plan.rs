@@ -1,11 +1,11 @@
 //! Move files for kOS motors.
 
-use examples::moves::{Kos, Move, MoveAxis};
 use kos_proto::lint::Context;
 use kos_proto::message::{Motor, MotorAddress};
 use kos_proto::trajectory::bezier::{Point, Segment};
 use kos_proto::trajectory::{MotorPlan, Plan, Play, Trajectory, Way};
 use motion_core::trajectory::{Map, Range};
+use motion_move::{Kos, Move, MoveAxis};
 use motion_rigs::kos_host::StoredMove;
 
 use crate::drive::Trouble;
@@ -19,11 +19,11 @@ const SAME: f64 = 1e-3;
 ///
 /// [`Trouble::Refused`] if no axis has a kOS motor.
 pub fn axes(file: &Move) -> Result<Vec<(&MoveAxis, Kos)>, Trouble> {
-    let ours: Vec<_> = file.axes.iter().filter_map(|axis| Some((axis, axis.kos?))).collect();
+    let ours: Vec<_> = file.axes().iter().filter_map(|axis| Some((axis, axis.kos()?))).collect();
     if ours.is_empty() {
         return Err(Trouble::Refused(format!(
             "the move {:?} has no axis for kOS: give one a \"kos\" motor in its file",
-            file.name
+            file.name()
         )));
     }
     Ok(ours)
@@ -31,8 +31,8 @@ pub fn axes(file: &Move) -> Result<Vec<(&MoveAxis, Kos)>, Trouble> {
 
 /// Note about the axes without a kOS motor, if there are any.
 pub(super) fn left_out(file: &Move) -> Option<String> {
-    let others = file.axes.iter().filter(|axis| axis.kos.is_none());
-    let names: Vec<String> = others.map(|axis| format!("{:?}", axis.name)).collect();
+    let others = file.axes().iter().filter(|axis| axis.kos().is_none());
+    let names: Vec<String> = others.map(|axis| format!("{:?}", axis.name())).collect();
     (!names.is_empty()).then(|| format!("left out, because they have no kOS motor: {}", names.join(", ")))
 }
 
@@ -42,10 +42,10 @@ pub(super) fn left_out(file: &Move) -> Option<String> {
 ///
 /// [`Trouble::Refused`], which says why kOS cannot represent the move.
 pub fn stored(file: &Move, play: Play) -> Result<StoredMove, Trouble> {
-    let refused = |why: &dyn std::fmt::Display| Trouble::Refused(format!("the move {:?}: {why}", file.name));
+    let refused = |why: &dyn std::fmt::Display| Trouble::Refused(format!("the move {:?}: {why}", file.name()));
     let mut ways = Vec::new();
     for (axis, kos) in axes(file)? {
-        ways.push((MotorAddress(kos.motor), segments(axis, &kos, file.duration).map_err(|why| refused(&why))?));
+        ways.push((MotorAddress(kos.motor), segments(axis, &kos, file.duration()).map_err(|why| refused(&why))?));
     }
     let motors: Vec<_> =
         ways.iter().map(|(motor, segments)| MotorPlan { motor: *motor, way: Way::Segments(segments) }).collect();
@@ -61,7 +61,7 @@ fn segments(axis: &MoveAxis, kos: &Kos, duration: f64) -> Result<Vec<Segment>, S
     };
     let before = rest(0.0, curve.start(), curve.position(curve.start())).transpose();
     let behind = rest(curve.end(), duration, curve.position(curve.end())).transpose();
-    let wrong = |error: &dyn std::fmt::Display| format!("axis {:?}: {error}", axis.name);
+    let wrong = |error: &dyn std::fmt::Display| format!("axis {:?}: {error}", axis.name());
     let (before, behind) = (before.map_err(|error| wrong(&error))?, behind.map_err(|error| wrong(&error))?);
     let time = Map::new(Range::new(0.0, duration), Range::UNIT).map_err(|error| wrong(&error))?;
     before
@@ -92,12 +92,14 @@ pub fn check(file: &Move, stored: &StoredMove, motors: &[Motor]) -> Result<(), T
         if (f64::from(range.0) - width).abs() > SAME * width.abs() {
             return Err(Trouble::Refused(format!(
                 "motor {} is calibrated over {} rotations, but axis {:?} is planned over {width}: {calibrate}",
-                kos.motor, range.0, axis.name
+                kos.motor,
+                range.0,
+                axis.name()
             )));
         }
     }
     if let Some(excess) = file.excesses().next() {
-        return Err(Trouble::Refused(format!("the move {:?}: {excess}: make it slower", file.name)));
+        return Err(Trouble::Refused(format!("the move {:?}: {excess}: make it slower", file.name())));
     }
     let data = stored.data();
     let excess = Trajectory::new(&data).ok().and_then(|trajectory| {
@@ -105,7 +107,7 @@ pub fn check(file: &Move, stored: &StoredMove, motors: &[Motor]) -> Result<(), T
         trajectory.excesses(&known).next()
     });
     match excess {
-        Some(excess) => Err(Trouble::Refused(format!("the move {:?}: {excess}: make it slower", file.name))),
+        Some(excess) => Err(Trouble::Refused(format!("the move {:?}: {excess}: make it slower", file.name()))),
         None => Ok(()),
     }
 }

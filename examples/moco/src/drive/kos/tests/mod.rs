@@ -7,13 +7,13 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use examples::moves::Move;
 use kos_proto::HostMessage;
 use kos_proto::device::motor::{Drive, State};
 use kos_proto::message::{
     MotorAddress, Password, RotationsPerSecond, RotationsPerSecondSquared, SetPositionSpeedAcceleration, UserPassword,
 };
 use motion_core::time::Millis;
+use motion_move::Move;
 use motion_rigs::device::Named as _;
 use motion_rigs::kos_device::{KosDevice, Setup};
 use motion_rigs::kos_host::KosHost;
@@ -47,7 +47,7 @@ fn follows_the_file(served: &Served) {
     let file = Move::read(&slide()).unwrap();
     let path = served.path.lock().unwrap();
     for (moment, places) in path.iter() {
-        let should = file.axes[0].kos.unwrap().rotations.at(file.axes[0].curve().position(*moment));
+        let should = file.axes()[0].kos().unwrap().rotations.at(file.axes()[0].curve().position(*moment));
         assert!((places[0] - should).abs() < TOLERANCE, "{} at {moment} s, should be {should}", places[0]);
     }
 }

@@ -7,7 +7,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 
 /// Members that only an object has. Serde by itself takes a list for an object whose members have that order.
-pub(super) struct Object<T>(pub(super) T);
+pub(crate) struct Object<T>(pub(crate) T);
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -43,7 +43,7 @@ const EXPECTED: [(&str, &str); 6] = [
 ];
 
 /// A message of serde in the words of JSON.
-pub(super) fn in_words(message: &str) -> String {
+pub(crate) fn in_words(message: &str) -> String {
     let found = FOUND.into_iter().find_map(|(name, words)| Some(format!("{words}{}", message.strip_prefix(name)?)));
     let message = found.unwrap_or_else(|| message.to_owned());
     let expected =

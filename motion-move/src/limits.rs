@@ -4,7 +4,7 @@ use std::fmt;
 
 use motion_core::trajectory::Tolerance;
 
-use super::MoveAxis;
+use crate::axis::MoveAxis;
 
 /// Tolerance of a jump or an excess, as a part of the limit.
 const TOLERANCE: f64 = 1e-6;
@@ -36,16 +36,20 @@ pub enum ExcessKind {
 }
 
 /// All excesses of an axis; empty if the axis has no limits.
-pub(super) fn excesses(axis: &MoveAxis) -> impl Iterator<Item = Excess<'_>> {
-    axis.limits.into_iter().flat_map(move |limits| {
+pub(crate) fn excesses(axis: &MoveAxis) -> impl Iterator<Item = Excess<'_>> {
+    axis.limits().into_iter().flat_map(move |limits| {
         let tolerance = Tolerance { time: 0.0, position: f64::INFINITY, velocity: TOLERANCE * limits.velocity };
         let corners: Vec<_> = axis.curve().joints(tolerance).collect();
         let jump = move |index| corners.iter().find(|corner| corner.index == index).map(|corner| corner.velocity);
-        let count = axis.segments.len();
-        axis.segments.iter().enumerate().flat_map(move |(segment, curve)| {
+        let segments = axis.curve().segments();
+        segments.iter().enumerate().flat_map(move |(segment, curve)| {
             let beyond = |peak: Option<f64>, limit: f64| peak.is_none_or(|peak| peak > limit * (1.0 + TOLERANCE));
             let corner = jump(segment).map(if segment == 0 { ExcessKind::Start } else { ExcessKind::Corner });
-            let end = if segment + 1 == count { jump(count).map(ExcessKind::End) } else { None };
+            let end = if segment.saturating_add(1) == segments.len() {
+                jump(segments.len()).map(ExcessKind::End)
+            } else {
+                None
+            };
             let (velocity, acceleration) = (curve.peak_velocity(), curve.peak_acceleration());
             let fast = beyond(velocity, limits.velocity).then_some(ExcessKind::Velocity(velocity, limits.velocity));
             let hard = beyond(acceleration, limits.acceleration)
@@ -57,13 +61,14 @@ pub(super) fn excesses(axis: &MoveAxis) -> impl Iterator<Item = Excess<'_>> {
 
 impl fmt::Display for Excess<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (name, unit, segment) = (&self.axis.name, &self.axis.unit, self.segment);
+        let (name, unit, segment) = (self.axis.name(), self.axis.unit(), self.segment);
         let amount = |value: Option<f64>| match value.map(|value| format!("{value:.6}")) {
             Some(digits) => digits.trim_end_matches('0').trim_end_matches('.').to_owned(),
             None => "without limit".to_owned(),
         };
-        let (from, to) = (self.axis.segments[segment].start(), self.axis.segments[segment].end());
-        write!(f, "axis {name:?}, segment {} from {from} s to {to} s: ", segment + 1)?;
+        let curve = self.axis.curve();
+        let (from, to) = curve.segments().get(segment).map_or((0.0, 0.0), |curve| (curve.start(), curve.end()));
+        write!(f, "axis {name:?}, segment {} from {from} s to {to} s: ", segment.saturating_add(1))?;
         let corner = |f: &mut fmt::Formatter<'_>, at: f64, jump: Option<f64>| match jump {
             None => write!(f, "a corner at {at} s, where velocity has no limit"),
             jump => write!(f, "a corner at {at} s, velocity jumps by {} {unit}/s", amount(jump)),
