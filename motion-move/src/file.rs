@@ -12,6 +12,8 @@ use crate::key::{Ease, KeyFrame};
 use crate::motor::{Dmc, Hoot, Kos, Rotations, USUAL_ADDRESS};
 use crate::moves::Move;
 use crate::object::{Object, in_words};
+#[cfg(feature = "schema")]
+use crate::schema;
 use crate::text::one_line;
 
 /// Reads the text of a file.
@@ -36,15 +38,27 @@ impl<'de> Deserialize<'de> for Move {
     }
 }
 
+/// Move of all axes of a motion-control rig.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct MoveFile {
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct MoveFile {
+    /// Version of this schema.
     #[serde(rename = "move")]
+    #[cfg_attr(feature = "schema", schemars(schema_with = "schema::version"))]
     _version: Version,
+    /// Name of the move.
+    #[cfg_attr(feature = "schema", schemars(schema_with = "schema::name"))]
     name: Label<LONGEST>,
+    /// Frames per second: a number, or an exact fraction such as "24000/1001".
     #[serde(deserialize_with = "rate")]
+    #[cfg_attr(feature = "schema", schemars(schema_with = "schema::rate"))]
     rate: FrameRate,
+    /// Duration of the move, in seconds. By default, it ends at its last key frame.
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0)))]
     duration: Option<f64>,
+    /// Axes with different names.
+    #[cfg_attr(feature = "schema", schemars(with = "Vec<FileAxis>", length(min = 1, max = 64)))]
     axes: Vec<MoveAxis>,
 }
 
@@ -96,15 +110,31 @@ fn rate<'de, D: Deserializer<'de>>(deserializer: D) -> Result<FrameRate, D::Erro
     text.parse().map_err(|error| D::Error::custom(format!("\"rate\" is {text:?}: {error}")))
 }
 
+/// Axis of a move: its curve, its limits, and the motors that move it.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct FileAxis {
+    /// Name of the axis.
+    #[cfg_attr(feature = "schema", schemars(schema_with = "schema::name"))]
     name: Label<LONGEST>,
+    /// Unit of all positions of the axis.
+    #[cfg_attr(feature = "schema", schemars(schema_with = "schema::unit"))]
     unit: Label<LONGEST_UNIT>,
+    /// Key frames in the order of time.
+    #[cfg_attr(feature = "schema", schemars(with = "Vec<FileKey>", length(min = 2)))]
     keys: Vec<Object<FileKey>>,
+    /// Limits of the axis, in its units.
+    #[cfg_attr(feature = "schema", schemars(with = "Option<FileLimits>"))]
     limits: Option<Checked>,
+    /// The kOS motor that moves the axis.
+    #[cfg_attr(feature = "schema", schemars(with = "Option<FileKos>"))]
     kos: Option<Kos>,
+    /// The DMC motor that moves the axis.
+    #[cfg_attr(feature = "schema", schemars(with = "Option<FileDmc>"))]
     dmc: Option<Dmc>,
+    /// The motor of an NMX that moves the axis.
+    #[cfg_attr(feature = "schema", schemars(with = "Option<FileHoot>"))]
     hoot: Option<Hoot>,
 }
 
@@ -118,14 +148,22 @@ impl<'de> Deserialize<'de> for MoveAxis {
     }
 }
 
+/// Key frame: the position of the axis at a time, and how the axis arrives and leaves.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct FileKey {
+    /// Time from the start of the move, in seconds.
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0)))]
     time: f64,
+    /// Position, in units of the axis.
     position: f64,
+    /// Ease on each side that has no ease of its own.
     #[serde(default)]
     ease: Ease,
+    /// Ease before the key frame.
     arrive: Option<Ease>,
+    /// Ease after the key frame.
     leave: Option<Ease>,
 }
 
@@ -135,11 +173,19 @@ impl From<FileKey> for KeyFrame {
     }
 }
 
+/// Limits of an axis. Each is more than 0.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct FileLimits {
+    /// Greatest velocity, in units per second.
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
     velocity: f64,
+    /// Greatest acceleration, in units per second squared.
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
     acceleration: f64,
+    /// Greatest jerk, in units per second cubed.
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
     jerk: Option<f64>,
 }
 
@@ -156,13 +202,21 @@ impl TryFrom<Object<FileLimits>> for Checked {
     }
 }
 
+/// Motor of a kOS device.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct FileKos {
+    /// Address of the motor.
+    #[cfg_attr(feature = "schema", schemars(range(min = 1, max = 10)))]
     motor: u8,
+    /// Rotations per unit; negative if the motor runs against the axis.
+    #[cfg_attr(feature = "schema", schemars(extend("not" = { "const": 0 })))]
     rotations_per_unit: f64,
+    /// Rotations at position 0.
     #[serde(default)]
     offset: f64,
+    /// Calibrated range of the motor, in rotations: two different numbers.
     range: [f64; 2],
 }
 
@@ -175,11 +229,18 @@ impl TryFrom<Object<FileKos>> for Kos {
     }
 }
 
+/// Motor of a DMC device.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct FileDmc {
+    /// Number of the motor.
+    #[cfg_attr(feature = "schema", schemars(range(min = 1, max = 32)))]
     motor: u8,
+    /// Steps per unit; negative if the motor runs against the axis.
+    #[cfg_attr(feature = "schema", schemars(extend("not" = { "const": 0 })))]
     steps_per_unit: f64,
+    /// Steps at position 0.
     #[serde(default)]
     offset: f64,
 }
@@ -192,13 +253,22 @@ impl TryFrom<Object<FileDmc>> for Dmc {
     }
 }
 
+/// Motor of an NMX.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct FileHoot {
+    /// Address of the node.
     #[serde(default = "usual_address")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 2, max = 255)))]
     address: u8,
+    /// Number of the motor in the node.
+    #[cfg_attr(feature = "schema", schemars(range(min = 1, max = 3)))]
     motor: u8,
+    /// Steps per unit; negative if the motor runs against the axis.
+    #[cfg_attr(feature = "schema", schemars(extend("not" = { "const": 0 })))]
     steps_per_unit: f64,
+    /// Steps at position 0.
     #[serde(default)]
     offset: f64,
 }

@@ -65,6 +65,8 @@ mod limits;
 mod motor;
 mod moves;
 mod object;
+#[cfg(feature = "schema")]
+mod schema;
 mod text;
 mod write;
 
@@ -74,6 +76,8 @@ pub use key::{Ease, KeyFrame};
 pub use limits::{Excess, ExcessKind};
 pub use motor::{Dmc, Hoot, Kos, Rotations};
 pub use moves::Move;
+#[cfg(feature = "schema")]
+pub use schema::schema;
 
 #[cfg(test)]
 mod tests;
