@@ -57,11 +57,20 @@
 )]
 
 mod axis;
+#[cfg(any(feature = "kos", feature = "dmc", feature = "hoot"))]
+mod bound;
+#[cfg(feature = "dmc")]
+pub mod dmc;
 mod ease;
 mod error;
 mod file;
+#[cfg(feature = "hoot")]
+pub mod hoot;
 mod key;
+#[cfg(feature = "kos")]
+pub mod kos;
 mod limits;
+mod loss;
 mod motor;
 mod moves;
 mod object;
@@ -74,6 +83,7 @@ pub use axis::{AxisBuilder, MoveAxis};
 pub use error::{AxisProblem, LabelError, MotorProblem, MoveError, MoveProblem};
 pub use key::{Ease, KeyFrame};
 pub use limits::{Excess, ExcessKind};
+pub use loss::{Loss, LossKind};
 pub use motor::{Dmc, Hoot, Kos, Rotations};
 pub use moves::Move;
 #[cfg(feature = "schema")]

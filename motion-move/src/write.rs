@@ -221,7 +221,7 @@ impl Formatter for Layout {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use motion_core::trajectory::{FrameRate, Range};
     use proptest::option;
     use proptest::prelude::*;
@@ -233,7 +233,8 @@ mod tests {
         prop_oneof![
             Just(Ease::Smooth),
             Just(Ease::Linear),
-            (0.0..=1.0).prop_map(Ease::Flat),
+            prop_oneof![Just(0.0), Just(1.0), 0.0..=1.0].prop_map(Ease::Flat),
+            (-50.0..50.0).prop_map(|units| Ease::Handle { seconds: 0.0, units }),
             (0.0..=0.1, -50.0..50.0).prop_map(move |(seconds, units)| Ease::Handle { seconds: sign * seconds, units }),
         ]
     }

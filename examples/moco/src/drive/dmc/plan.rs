@@ -2,7 +2,7 @@
 
 use dmc_proto::message::{FrameNumber, FramesPerSecond, Motor, MotorPair, Motors, Steps};
 use dmc_proto::upload::MoveSource;
-use motion_move::{Excess, ExcessKind, Move};
+use motion_move::{Excess, ExcessKind, Move, dmc};
 use motion_rigs::dmc_host::{Shot, Table};
 
 use super::ROLL;
@@ -28,25 +28,18 @@ impl Plan {
             let more = if more == 0 { String::new() } else { format!(", and {more} more") };
             return Err(refused(format!("{excess}{more}: make the move slower, or its \"limits\" wider")));
         }
-        let first = FrameNumber(1);
-        let mut table = Table::new(first, read.frames().count);
-        let mut sent = 0;
-        for axis in read.axes() {
-            let Some(dmc) = axis.dmc() else { continue };
-            let steps = axis.curve().steps(read.frames(), dmc.scale).collect::<Result<Vec<_>, _>>();
-            let steps = steps.map_err(|error| refused(format!("axis {:?}: {error}", axis.name())))?;
+        let converted = dmc::convert(read).map_err(|why| refused(why.to_string()))?;
+        let (first, count) = (converted.start_frame(), converted.frame_count());
+        let mut table = Table::new(first, count);
+        let mut sent = 0_u32;
+        for motor in converted.motors().iter() {
+            let steps: Vec<i32> = (0..count).map(|index| converted.position(motor, index).0).collect();
             let rest = steps.iter().rev().take_while(|at| Some(*at) == steps.last()).skip(1).count();
             sent = u32::try_from(steps.len() - rest).map_or(u32::MAX, |steps| steps.saturating_add(sent));
-            table = table.with(Motor(dmc.motor), steps);
+            table = table.with(motor, steps);
         }
-        if table.motors() == Motors::NONE {
-            return Err(refused(
-                "no axis has a DMC motor: give one \"dmc\": { \"motor\": 1, \"steps_per_unit\": ... }".to_owned(),
-            ));
-        }
-        let rate = read.frames().rate.to_milli().map_err(|error| refused(format!("\"rate\": {error}")))?;
         let last = table.last_frame();
-        Ok(Self { table, first, last, rate: FramesPerSecond(rate), sent })
+        Ok(Self { table, first, last, rate: converted.rate(), sent })
     }
 
     /// Motors of the move.

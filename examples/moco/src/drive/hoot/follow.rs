@@ -8,10 +8,11 @@ use hoot_proto::message::{
     RunTime, ShortShots, ShortSpan, Shots, Span, Steps,
 };
 use motion_move::Move;
+use motion_move::hoot::Planned;
 use tokio::time::Instant;
 
 use super::motion::milliseconds;
-use super::plan::{Count, Planned, plans};
+use super::plan::{Count, plans};
 use super::talk::Talk;
 use crate::drive::Trouble;
 use crate::drive::command;

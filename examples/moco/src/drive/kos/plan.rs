@@ -1,11 +1,10 @@
 //! Move files for kOS motors.
 
 use kos_proto::lint::Context;
-use kos_proto::message::{Motor, MotorAddress};
-use kos_proto::trajectory::bezier::{Point, Segment};
-use kos_proto::trajectory::{MotorPlan, Plan, Play, Trajectory, Way};
-use motion_core::trajectory::{Map, Range};
-use motion_move::{Kos, Move, MoveAxis};
+use kos_proto::message::Motor;
+use kos_proto::trajectory::{Play, Trajectory};
+use motion_core::trajectory::Range;
+use motion_move::{Kos, Move, MoveAxis, kos};
 use motion_rigs::kos_host::StoredMove;
 
 use crate::drive::Trouble;
@@ -42,34 +41,10 @@ pub(super) fn left_out(file: &Move) -> Option<String> {
 ///
 /// [`Trouble::Refused`], which says why kOS cannot represent the move.
 pub fn stored(file: &Move, play: Play) -> Result<StoredMove, Trouble> {
+    axes(file)?;
     let refused = |why: &dyn std::fmt::Display| Trouble::Refused(format!("the move {:?}: {why}", file.name()));
-    let mut ways = Vec::new();
-    for (axis, kos) in axes(file)? {
-        ways.push((MotorAddress(kos.motor), segments(axis, &kos, file.duration()).map_err(|why| refused(&why))?));
-    }
-    let motors: Vec<_> =
-        ways.iter().map(|(motor, segments)| MotorPlan { motor: *motor, way: Way::Segments(segments) }).collect();
-    StoredMove::of(&Plan::new(play, &motors)).map_err(|why| refused(&why))
-}
-
-/// Curves of an axis, in parts of the move and of the range. Before and after its key frames the axis rests.
-fn segments(axis: &MoveAxis, kos: &Kos, duration: f64) -> Result<Vec<Segment>, String> {
-    let curve = axis.curve();
-    let rest = |from: f64, to: f64, position: f64| {
-        let at = |part: f64| Point::new(from + part * (to - from), position);
-        (from < to).then(|| Segment::new([at(0.0), at(1.0 / 3.0), at(2.0 / 3.0), at(1.0)]))
-    };
-    let before = rest(0.0, curve.start(), curve.position(curve.start())).transpose();
-    let behind = rest(curve.end(), duration, curve.position(curve.end())).transpose();
-    let wrong = |error: &dyn std::fmt::Display| format!("axis {:?}: {error}", axis.name());
-    let (before, behind) = (before.map_err(|error| wrong(&error))?, behind.map_err(|error| wrong(&error))?);
-    let time = Map::new(Range::new(0.0, duration), Range::UNIT).map_err(|error| wrong(&error))?;
-    before
-        .iter()
-        .chain(curve.segments())
-        .chain(&behind)
-        .map(|segment| segment.mapped(&time, &kos.normalized).map_err(|error| wrong(&error)))
-        .collect()
+    let converted = kos::convert(file, play).map_err(|why| refused(&why))?;
+    StoredMove::new(&converted.data()).map_err(|why| refused(&why))
 }
 
 /// Checks whether the rig can play a move: its motors exist, are calibrated over the ranges of the file, and are fast
