@@ -2,6 +2,7 @@
 
 mod figure;
 mod label;
+mod played;
 mod trace;
 
 use std::error::Error;
@@ -10,6 +11,8 @@ use std::io::Write;
 use motion_move::Move;
 use plotters::prelude::{BitMapBackend, FontStyle, IntoDrawingArea, SVGBackend};
 use plotters::style::register_font;
+
+pub use played::{Played, played};
 
 /// The font Source Sans 3; its licence is in the same folder.
 static FONT: &[u8] = include_bytes!("font/SourceSans3-Regular.ttf");

@@ -2,6 +2,8 @@
 //!
 //! # The file
 //!
+//! A JSON Schema of the file is in `schema/move-1.json`.
+//!
 //! The file is an object; a member that is not named here is an error. Names have 1 to 80 characters, units 1 to 12.
 //!
 //! | member | meaning |

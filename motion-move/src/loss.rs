@@ -45,6 +45,8 @@ pub enum LossKind {
     Planned,
     /// Key frames with a velocity, between which the motor follows a cubic, follow the curve as near as they can.
     KeyFrames,
+    /// A motor of a rig was measured while the move was played.
+    Played,
 }
 
 impl Loss {
@@ -93,6 +95,7 @@ impl fmt::Display for Loss {
             LossKind::Rate => " (a rate in thousandths)",
             LossKind::Planned => " (a planned move)",
             LossKind::KeyFrames => " (key frames with a velocity)",
+            LossKind::Played => " (as it was played)",
         })
     }
 }

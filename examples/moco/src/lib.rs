@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `moco inspect` | shows the frames of a capture as typed messages |
 //! | `moco plot` | draws a move file |
+//! | `moco one-move` | converts a move file to all three protocols, says what each loses, and plays it on simulated rigs |
 //! | `moco simulate` | runs a rig without hardware |
 //! | `moco drive` | controls a simulated or real rig |
 //! | `moco completions`, `moco man` | write completions for a shell, and manual pages |
@@ -100,6 +101,7 @@
 //! | command | standard output | standard error |
 //! |---|---|---|
 //! | `inspect` | an object for each frame | |
+//! | `one-move` | `protocol`, `kind` and `text` of each line; `axis`, `time`, `amount` and `unit` of a `loss`, and of what a rig `played` | |
 //! | `simulate` | `protocol` and `address`, when clients can connect; with `--list` `kind`, `name` and `about` of each device and quirk, and of devices whether they are the `default` | the log: `timestamp` in seconds, `level`, `message` |
 //! | `drive` | `event` of each line, see below | the log, with `-v` |
 //! | each, if it fails | | `error` and the exit `status` |
@@ -117,11 +119,12 @@
 //! |---|---|
 //! | [`serve`] | a rig of the crate `rigs` in real time: TCP, pseudo-terminals, datagrams, and a record of its motors |
 //! | [`session`] | a host of the crate `rigs` in real time: TCP and serial lines |
-//! | [`plot`](mod@plot), [`simulate`], [`drive`] | the commands; `inspect` is in the package `examples` |
+//! | [`plot`](mod@plot), [`one_move`](mod@one_move), [`simulate`], [`drive`] | the commands; `inspect` is in the package `examples` |
 //! | [`program`] | functions that several commands use |
 
 pub mod drive;
 mod hosted;
+pub mod one_move;
 pub mod plot;
 pub mod program;
 pub mod serve;

@@ -1,4 +1,4 @@
-//! Program for motion-control rigs: `moco inspect`, `moco plot`, `moco simulate` and `moco drive`.
+//! Program for motion-control rigs: `moco inspect`, `moco plot`, `moco one-move`, `moco simulate` and `moco drive`.
 //!
 //! The library of this package describes the commands.
 
@@ -11,7 +11,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use examples::program::{Failure, STATUSES, run, written};
 use moco::program::{interrupts, log};
-use moco::{drive, plot, simulate};
+use moco::{drive, one_move, plot, simulate};
 use tokio::sync::mpsc::UnboundedReceiver;
 use tracing::Level;
 use tracing_appender::non_blocking::WorkerGuard;
@@ -30,6 +30,7 @@ struct Moco {
 enum Command {
     Inspect(examples::cli::Args),
     Plot(plot::Args),
+    OneMove(one_move::Args),
     Simulate(simulate::Args),
     Drive(drive::program::Args),
     /// Print completions for a shell
@@ -48,6 +49,7 @@ fn main() -> ExitCode {
     run(NAME, |Moco { command }| match command {
         Command::Inspect(args) => examples::cli::end(examples::show::show(&args)),
         Command::Plot(args) => plot::plot(&args, &mut io::stdout().lock()),
+        Command::OneMove(args) => one_move::one_move(&args, &mut io::stdout().lock()),
         Command::Simulate(args) => {
             let level = match args.verbose {
                 0 => Level::INFO,

@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use serde_json::Value;
+
 use crate::process::{Program, file, folder};
 use examples::program::{STATUSES, Status};
 
@@ -39,6 +41,48 @@ fn plot_writes_the_pictures_that_it_names() {
 }
 
 #[test]
+fn one_move_tells_what_each_protocol_loses_and_plays_it() {
+    let one_move = |args: &[&str]| Program::start("one-move", args).end();
+    let said = one_move(&[&sample("pan")]).done();
+    for line in [
+        "kOS: motor 1 moves axis \"Pan\"\n",
+        "DMC: axis \"Pan\" is at most 0.0103 ° away, at 0.686 s (whole steps, straight from frame to frame)\n",
+        "hoot: axis \"Pan\" is at most 0.0101 ° away, at 1.34 s (a planned move)\n",
+    ] {
+        assert!(said.contains(line), "{line}: {said}");
+    }
+    let said = one_move(&[&sample("crane")]).done();
+    assert!(
+        said.contains("kOS: not converted: no axis has a kOS motor") && said.contains("(a rate in thousandths)"),
+        "{said}"
+    );
+
+    let picture = folder("one_move_tells_what_each_protocol_loses_and_plays_it").join("pan.svg");
+    let _ = fs::remove_file(&picture);
+    let said = one_move(&[&sample("pan"), "--json", "--play", picture.to_str().unwrap()]).done();
+    let lines: Vec<Value> = said.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let amount = |protocol: &str, kind: &str| {
+        let found = lines.iter().find(|line| line["protocol"] == protocol && line["kind"] == kind);
+        found.unwrap_or_else(|| panic!("{protocol} {kind}: {said}"))["amount"].as_f64().unwrap()
+    };
+    // What the rigs play is within the losses. A simulated kOS motor is where single precision has it.
+    for (protocol, more) in [("kOS", 1e-4), ("DMC", 1e-9), ("hoot", 1e-9)] {
+        let (loss, played) = (amount(protocol, "loss"), amount(protocol, "played"));
+        assert!(0.0 < played && played <= loss + more, "{protocol}: {played} of {loss}");
+    }
+    let svg = fs::read_to_string(&picture).unwrap();
+    assert!(
+        svg.starts_with("<svg") && ["kOS", "DMC", "hoot", "Pan across the table"].iter().all(|text| svg.contains(text))
+    );
+
+    one_move(&[]).ended(Status::Usage, "<FILE>");
+    one_move(&["no.json"]).failed("moco: no.json: No such file");
+    one_move(&[&sample("pan"), "--play", "none/pan.svg"]).failed("none/pan.svg: No such file");
+    let bad = file("one_move_of_a_broken_file", "{ \"move\": 1,\n  \"nam\": 2 }");
+    one_move(&[bad.to_str().unwrap()]).failed("move.json, line 2, column 7: unknown field `nam`");
+}
+
+#[test]
 fn inspect_shows_captures_and_files() {
     let inspect = |args: &[&str]| Program::start("inspect", args).end();
     let said = inspect(&[]).done();
@@ -57,7 +101,7 @@ fn inspect_shows_captures_and_files() {
 fn completions_of_each_shell_name_all_commands() {
     for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
         let script = Program::start("completions", &[shell]).end().done();
-        for word in ["inspect", "plot", "simulate", "drive", "calibrate"] {
+        for word in ["inspect", "plot", "one-move", "simulate", "drive", "calibrate"] {
             assert!(script.contains(word), "{shell}: {word}");
         }
     }
