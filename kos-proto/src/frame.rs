@@ -341,9 +341,8 @@ impl<const CAP: usize> Envelope for Kos<CAP> {
     fn open<'a>(frame: &<Self as Envelope>::Frame<'a>) -> Result<(u32, &'a [u8]), DecodeError> {
         let Some(([_, _, _, number @ ..], body)) = frame.bytes().split_first_chunk::<{ HEADER_LEN + 1 }>() else {
             let number = frame.header().number();
-            return sub_of(number).map_or(Ok((number, &[])), |what| {
-                Err(DecodeError::Truncated { what, needed: 1, have: 0 })
-            });
+            return sub_of(number)
+                .map_or(Ok((number, &[])), |what| Err(DecodeError::Truncated { what, needed: 1, have: 0 }));
         };
         let number = u32::from_be_bytes(*number);
         Ok(if sub_of(number).is_some() { (number, body) } else { (number & !0xFF, frame.payload()) })

@@ -131,6 +131,11 @@ impl Block<'_> {
 /// Takes a block off the front of `bytes`, and returns its number, its data and the remaining bytes.
 #[inline]
 fn split_block(bytes: &[u8]) -> Result<(u32, &[u8], &[u8]), DecodeError> {
+    // Most blocks are segments of 34 bytes. If the processor guesses that, it does not wait for the length of each block to
+    // find the next one.
+    if let Some(([6, 0, 34, segment @ ..], rest)) = bytes.split_first_chunk::<{ Block::HEADER_LEN + 34 }>() {
+        return Ok((6, segment, rest));
+    }
     let short = |needed| DecodeError::Truncated { what: "TrajectoryData.blocks", needed, have: bytes.len() };
     let (&[id, l0, l1], rest) = bytes.split_first_chunk().ok_or(short(Block::HEADER_LEN))?;
     let len = usize::from(u16::from_be_bytes([l0, l1]));
