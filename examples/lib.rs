@@ -1,9 +1,11 @@
 //! Modules that the example programs share.
 
 pub mod cli;
+#[cfg(feature = "terminal")]
 pub mod print;
 pub mod program;
 pub mod record;
+#[cfg(feature = "terminal")]
 pub mod show;
 pub mod tap;
 pub mod text;
