@@ -114,7 +114,7 @@ async function test() {
   await run(`$("only-errors").click()`);
 
   // Bad input is one line, and nothing is lost.
-  for (const [bad, why] of [["> 0x1\n", "single hex digit"], ["> 04 00 06 00 0b 01 xyz", "is not a hex digit"], ["04 00", "host"]]) {
+  for (const [bad, why] of [["> 0x1\n", "single hex digit"], ["> 04 00 06 00 0b 01 xyz", "is not a hex digit"], ["04 00", "choose the sender"]]) {
     await paste(bad);
     const line = await text("error");
     check(line.includes(why) && !line.includes("\n"), `the line for ${bad}: ${line}`);

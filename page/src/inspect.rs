@@ -3,7 +3,7 @@
 use examples::cli::{Protocol, Stop, Transport};
 use examples::record::{Body, Find, Kind, Record, hex, side_name};
 use examples::tap::{Tap, tap};
-use examples::text::{Format, Senders, Source, SourceError};
+use examples::text::{Format, Senders, Source, SourceError, TextProblem};
 use motion_core::lint::Severity;
 use motion_core::wire::FieldView;
 use serde::Deserialize;
@@ -113,10 +113,22 @@ fn read(
 fn said(error: &SourceError) -> String {
     match error {
         SourceError::Unsaid => {
-            "nothing says who sent these bytes: choose host or device, or mark each line with > (host) or < (device)"
+            "nothing says who sent these bytes: choose host or device as the sender, or mark each line \
+                                with > (host) or < (device)"
                 .to_owned()
         }
-        SourceError::Guessed(error) => error.to_string(),
+        SourceError::Guessed(error) | SourceError::Text(error) => {
+            let (line, column) = (error.line, error.column);
+            let what = match &error.what {
+                TextProblem::Unmarked => {
+                    "the line has no mark > (host) or < (device): mark each line, or choose the sender"
+                }
+                TextProblem::OtherSide => "the mark of the line contradicts the sender: choose \"as marked\"",
+                TextProblem::Ambiguous => "000000 may be an offset or three bytes: end an offset with a colon",
+                what => return format!("line {line}, column {column}: {what}"),
+            };
+            format!("line {line}, column {column}: {what}")
+        }
         error => error.to_string(),
     }
 }
@@ -271,6 +283,8 @@ mod tests {
         let bytes = [0, 0, 0, 0, 0, 0xFF, 3, 1, 4, 0];
         let error = inspect(&Options::default(), &bytes).unwrap_err();
         assert!(error.contains("choose host or device"), "{error}");
+        let error = inspect(&Options::default(), b"04 00").unwrap_err();
+        assert!(error.contains("choose the sender") && !error.contains("--"), "{error}");
         let options = Options { from: Some("host".to_owned()), ..Options::default() };
         let answer = inspect(&options, &bytes).unwrap();
         assert_eq!((&answer["protocol"], &answer["rows"][0]["title"]), (&"hoot".into(), &"MotorStop".into()));

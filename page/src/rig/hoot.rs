@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use hoot_proto::Address;
 use hoot_proto::host::{self, Command, Options, Outcome, Request, StopTarget, Token};
 use hoot_proto::message::{
-    Bool, Direction, FirmwareVersion, HostMessage, Motor, MotorMove, MotorRun, MotorSetContinuousSpeed, MotorSetEnable, MotorStop,
-    SetManualMove, StepCount, StepsPerSecond,
+    Bool, Direction, FirmwareVersion, HostMessage, Motor, MotorMove, MotorRun, MotorSetContinuousSpeed, MotorSetEnable,
+    MotorStop, SetManualMove, StepCount, StepsPerSecond,
 };
 use motion_core::time::Millis;
 use motion_rigs::Host as _;
