@@ -44,7 +44,7 @@ async function run(expression) {
 const pause = (millis) => new Promise((done) => setTimeout(done, millis));
 async function until(expression, what) {
   for (let tries = 0; tries < 200; tries++) {
-    if (await run(expression)) return;
+    if (await run(`Boolean(${expression})`)) return;
     await pause(50);
   }
   throw new Error(`${what}: not within 10 s; error line: ${await run("$('error').textContent")}; state: ${await run("$('state').textContent")}`);
@@ -114,7 +114,7 @@ async function test() {
   await run(`$("only-errors").click()`);
 
   // Bad input is one line, and nothing is lost.
-  for (const [bad, why] of [["> 0x1\n", "single hex digit"], ["> 04 00 06 00 0b 01 xyz", "is not a hex digit"], ["04 00", "choose the sender"]]) {
+  for (const [bad, why] of [["> 0a 1\n", "single hex digit"], ["> 04 00 06 00 0b 01 xyz", "is not a hex digit"], ["04 00", "choose the sender"]]) {
     await paste(bad);
     const line = await text("error");
     check(line.includes(why) && !line.includes("\n"), `the line for ${bad}: ${line}`);
@@ -146,7 +146,7 @@ async function test() {
     check((await text("state")).includes("not connected"), `${protocol} is on`);
     await click("connect");
     await until(`!$("state").textContent.includes("not connected")`, `${protocol} connects`);
-    check(await count("#messages tr.host") > 0 && await count("#messages tr.device") > 0, `traffic of ${protocol}`);
+    await until(`document.querySelector("#messages tr.host") && document.querySelector("#messages tr.device")`, `traffic of ${protocol}`);
     // The jog works with the keyboard: it lasts as long as the key is held.
     const before = await position();
     await run(`document.querySelectorAll(".motor button")[1].focus()`);
