@@ -103,3 +103,22 @@ pub fn touch(stream: &[u8], len: usize) -> Option<(u32, &[u8])> {
     });
     Some(((sum >> 32) as u32 ^ (sum & 0xFFFF_FFFF) as u32, rest))
 }
+
+/// Defines `readers`, the contenders for frames in one slice: ours, the limit, and the parsers of the module around it.
+#[macro_export]
+macro_rules! readers {
+    ($name:literal, $protocol:ty) => {
+        /// Contenders for frames in one slice.
+        pub(crate) fn readers<U: Use>() -> [(&'static str, Read); 7] {
+            [
+                ($name, |mix| read(mix, ours::<$protocol, U>)),
+                (LIMIT, |mix| read(mix, limit)),
+                ("zerocopy", |mix| read(mix, zerocopy::read::<U>)),
+                ("nom", |mix| read(mix, nom::read::<U>)),
+                ("winnow", |mix| read(mix, winnow::read::<U>)),
+                ("deku", |mix| read(mix, deku::read::<U>)),
+                ("binrw", |mix| read(mix, binrw::read::<U>)),
+            ]
+        }
+    };
+}

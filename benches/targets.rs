@@ -17,6 +17,7 @@ const MIXES: Rows = &["DMC upload mix", "DMC small mix", "kOS mix", "kOS small m
 const BATCHES: &str = "B1 and B3, an axis at 1 kHz in batches of 16, 992 times";
 const CURVES: Rows = &["typical", "any"];
 const WORST: Rows = &["*"];
+// `clean` reads valid frames by `push` and `next`, so that the bound does not get stricter when frames are lent faster.
 const FLOOD: Bounds = &[("clean", Cost(8.0))];
 const WHOLE: Bounds = &[("zerocopy", Shown), ("nom", Shown), ("binrw", Shown)];
 

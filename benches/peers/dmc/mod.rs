@@ -13,18 +13,7 @@ use benches::traffic::Side;
 use dmc_proto::Dmc;
 use motion_core::fletcher::verify;
 
-/// Contenders for frames in one slice.
-pub(crate) fn readers<U: Use>() -> [(&'static str, Read); 7] {
-    [
-        ("dmc-proto", |mix| read(mix, ours::<Dmc, U>)),
-        (LIMIT, |mix| read(mix, limit)),
-        ("zerocopy", |mix| read(mix, zerocopy::read::<U>)),
-        ("nom", |mix| read(mix, nom::read::<U>)),
-        ("winnow", |mix| read(mix, winnow::read::<U>)),
-        ("deku", |mix| read(mix, deku::read::<U>)),
-        ("binrw", |mix| read(mix, binrw::read::<U>)),
-    ]
-}
+benches::readers!("dmc-proto", Dmc);
 
 #[inline]
 fn limit(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {

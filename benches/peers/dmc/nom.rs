@@ -5,7 +5,7 @@ use benches::traffic::Side;
 use nom::bytes::complete::{tag, take};
 use nom::combinator::{map, verify};
 use nom::error::{Error, ErrorKind};
-use nom::multi::{length_data, many0};
+use nom::multi::{count, length_data};
 use nom::number::complete::{le_i32, le_u8, le_u16, le_u32};
 use nom::sequence::preceded;
 use nom::{Err, IResult, Parser};
@@ -18,13 +18,18 @@ fn message(side: Side, kind: u16, data: &[u8]) -> IResult<&[u8], Message> {
             map((le_u8, le_u16, le_i32), |(motor, speed, destination)| Message::Jog { motor, speed, destination })
                 .parse(data)
         }
-        (Side::Host, 0x0101) => map((le_u8, le_u32, many0(le_i32)), |(motor, start_index, positions)| {
-            Message::Upload { motor, start_index, positions }
-        })
-        .parse(data),
+        // The length of a list is known, so that its vector is allocated once.
+        (Side::Host, 0x0101) => {
+            map((le_u8, le_u32, count(le_i32, data.len().saturating_sub(5) / 4)), |(motor, start_index, positions)| {
+                Message::Upload { motor, start_index, positions }
+            })
+            .parse(data)
+        }
         (Side::Device, 0x0034) => {
-            map((le_i32, many0(le_i32)), |(move_time, positions)| Message::Positions { move_time, positions })
-                .parse(data)
+            map((le_i32, count(le_i32, data.len().saturating_sub(4) / 4)), |(move_time, positions)| {
+                Message::Positions { move_time, positions }
+            })
+            .parse(data)
         }
         (Side::Device, 0x8000..) => map(le_u16, |code| Message::Ack { code }).parse(data),
         _ => Err(Err::Error(Error::new(data, ErrorKind::Switch))),

@@ -11,16 +11,19 @@ use winnow::{ModalResult, Parser};
 use super::Message;
 
 fn message(side: Side, kind: u16, data: &mut &[u8]) -> ModalResult<Message> {
+    // The length of a list is known, so that its vector is allocated once.
+    let count = |before: usize| data.len().saturating_sub(before) / 4;
+    let (after_five, after_four) = (count(5), count(4));
     match (side, kind) {
         (Side::Host, 0x0036) => {
             seq! { Message::Jog { motor: le_u8, speed: le_u16, destination: le_i32 } }.parse_next(data)
         }
         (Side::Host, 0x0101) => {
-            seq! { Message::Upload { motor: le_u8, start_index: le_u32, positions: repeat(0.., le_i32) } }
+            seq! { Message::Upload { motor: le_u8, start_index: le_u32, positions: repeat(after_five, le_i32) } }
                 .parse_next(data)
         }
         (Side::Device, 0x0034) => {
-            seq! { Message::Positions { move_time: le_i32, positions: repeat(0.., le_i32) } }.parse_next(data)
+            seq! { Message::Positions { move_time: le_i32, positions: repeat(after_four, le_i32) } }.parse_next(data)
         }
         (Side::Device, 0x8000..) => seq! { Message::Ack { code: le_u16 } }.parse_next(data),
         _ => fail.parse_next(data),

@@ -22,18 +22,7 @@ const NOTIFICATION: u16 = 0x0081;
 const PLAYBACK_STATUS: u8 = 0x02;
 const MOTOR_POSITION: u8 = 0x07;
 
-/// Contenders for frames in one slice.
-pub(crate) fn readers<U: Use>() -> [(&'static str, Read); 7] {
-    [
-        ("kos-proto", |mix| read(mix, ours::<Kos, U>)),
-        (LIMIT, |mix| read(mix, limit)),
-        ("zerocopy", |mix| read(mix, zerocopy::read::<U>)),
-        ("nom", |mix| read(mix, nom::read::<U>)),
-        ("winnow", |mix| read(mix, winnow::read::<U>)),
-        ("deku", |mix| read(mix, deku::read::<U>)),
-        ("binrw", |mix| read(mix, binrw::read::<U>)),
-    ]
-}
+benches::readers!("kos-proto", Kos);
 
 #[inline]
 fn limit(stream: &[u8], _: Side) -> Option<(u32, &[u8])> {
