@@ -1,11 +1,11 @@
-//! Motion profiles: moves from one position to another, from rest to rest, as fast as limits allow.
+//! Motion profiles: moves to a position, from rest or from motion, as fast as limits allow.
 //!
 //! With limits of velocity and acceleration only, velocity over time is a trapezoid, or a triangle if the distance is
 //! too short for full speed. With a limit of jerk, the profile is an S-curve of up to seven parts. Position, velocity
 //! and acceleration at a time are computed by closed formulas, without simulation in steps.
 //!
 //! ```
-//! use motion_core::profile::{Limits, MotionProfile};
+//! use motion_core::profile::{Limits, MotionProfile, MotionState};
 //!
 //! let limits = Limits { velocity: 20.0, acceleration: 10.0, jerk: None };
 //! let pan = MotionProfile::new(0.0, 90.0, limits)?;
@@ -16,16 +16,28 @@
 //!
 //! let soft = MotionProfile::new(0.0, 90.0, Limits { jerk: Some(20.0), ..limits })?;
 //! assert_eq!(soft.duration(), 7.0);
+//!
+//! // The axis moves already. It stops within 5 units, or passes its new target by 5 units and comes back.
+//! let moving = MotionState { position: 40.0, velocity: 10.0, acceleration: 0.0 };
+//! assert_eq!(MotionProfile::stop(moving, limits)?.target(), 45.0);
+//! let back = MotionProfile::from_motion(moving, 30.0, limits)?;
+//! assert_eq!(back.at(1.0).position, 45.0);
+//! assert_eq!(back.at(back.duration()).position, 30.0);
 //! # Ok::<(), motion_core::profile::MotionProfileError>(())
 //! ```
 //!
 //! # Guarantees
 //!
-//! - A move starts and ends exactly at its positions. It is symmetric: the distance that is left at `duration() - t` is
-//!   the distance travelled at `t`.
-//! - Velocity and acceleration never exceed their limits.
-//! - No faster move within the limits exists.
+//! - A move starts and ends exactly at its positions. A move from rest to rest is symmetric: the distance that is left
+//!   at `duration() - t` is the distance travelled at `t`.
+//! - Velocity and acceleration never exceed their limits. If an axis exceeds them at the start, it comes back within
+//!   them first, by accelerations and a jerk within their limits.
+//! - No faster move from rest to rest exists within the limits, and without a limit of jerk, no faster move from motion
+//!   to rest.
 
+mod moving;
+
+use self::moving::Course;
 use crate::bezier::print::{debug_numbers, shown_as_it_is};
 
 /// Limits of an axis: velocity, acceleration and jerk.
@@ -44,8 +56,8 @@ pub struct Limits {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum MotionProfileError {
-    /// A position is NaN or infinite.
-    #[error("move: a position is not finite")]
+    /// A position, velocity or acceleration is NaN or infinite.
+    #[error("move: a position, velocity or acceleration is not finite")]
     NotFinite,
     /// A limit is NaN, infinite, 0 or less.
     #[error("move: a limit is not finite and more than 0")]
@@ -53,6 +65,12 @@ pub enum MotionProfileError {
     /// The distance or a time of the move is too large or too small for `f64`.
     #[error("move: distance or time out of range")]
     OutOfRange,
+    /// The velocity at the end exceeds its limit.
+    #[error("move: the velocity at the end exceeds its limit")]
+    TooFast,
+    /// The axis cannot pass its target at the velocity, except if it goes back first.
+    #[error("move: the axis has to go back first to pass its target at this velocity")]
+    GoesBack,
 }
 
 /// Position, velocity and acceleration of an axis during a move. All numbers are finite.
@@ -67,12 +85,30 @@ pub struct MotionState {
     pub acceleration: f64,
 }
 
-/// Motion profile of a move from one position to another, at rest before and after.
+/// Motion profile of a move to a position.
 #[derive(Clone, Copy, PartialEq)]
 pub struct MotionProfile {
     from: f64,
     to: f64,
     limits: Limits,
+    /// The greatest velocity that is reached.
+    velocity: f64,
+    shape: Shape,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Shape {
+    /// From rest to rest.
+    Rest(Halves),
+    /// From motion, or to motion.
+    Motion(Course),
+}
+
+/// Move from rest to rest, whose second half is the first half, reversed.
+#[derive(Clone, Copy, PartialEq)]
+struct Halves {
+    from: f64,
+    to: f64,
     /// The greatest acceleration and velocity that are reached.
     acceleration: f64,
     velocity: f64,
@@ -87,10 +123,12 @@ pub struct MotionProfile {
 debug_numbers! {
     Limits { velocity, acceleration, jerk }
     MotionState { position, velocity, acceleration }
-    MotionProfile { from, to, limits, acceleration, velocity, rising, holding, cruising }
+    MotionProfile { from, to, limits, velocity, shape }
+    Halves { from, to, acceleration, velocity, rising, holding, cruising }
+    Course { start, velocity, seconds }
 }
 
-shown_as_it_is! { Limits }
+shown_as_it_is! { Limits MotionState Shape }
 
 impl MotionProfile {
     /// The fastest move between two positions within the limits.
@@ -100,13 +138,7 @@ impl MotionProfile {
     /// [`MotionProfileError`] if a position or a limit is not finite, a limit is not positive, or a result is out of
     /// range.
     pub fn new(from: f64, to: f64, limits: Limits) -> Result<Self, MotionProfileError> {
-        if !(from.is_finite() && to.is_finite()) {
-            return Err(MotionProfileError::NotFinite);
-        }
-        let sound = |limit: f64| limit.is_finite() && limit > 0.0;
-        if !(sound(limits.velocity) && sound(limits.acceleration) && limits.jerk.is_none_or(sound)) {
-            return Err(MotionProfileError::Limit);
-        }
+        check(&[from, to], &limits)?;
         let distance = (to - from).abs();
         let [rising, holding, cruising] = if distance == 0.0 { [0.0; 3] } else { times(distance, &limits) };
         let acceleration = match limits.jerk {
@@ -114,7 +146,8 @@ impl MotionProfile {
             None => limits.acceleration,
         };
         let velocity = (acceleration * (rising + holding)).min(limits.velocity);
-        let profile = Self { from, to, limits, acceleration, velocity, rising, holding, cruising };
+        let halves = Halves { from, to, acceleration, velocity, rising, holding, cruising };
+        let profile = Self { from, to, limits, velocity, shape: Shape::Rest(halves) };
         let moves = distance == 0.0 || (velocity > 0.0 && acceleration > 0.0 && profile.duration() > 0.0);
         if moves && distance.is_finite() && velocity.is_finite() && profile.duration().is_finite() {
             Ok(profile)
@@ -123,10 +156,71 @@ impl MotionProfile {
         }
     }
 
+    /// The move of an axis in motion to a target, where it comes to rest.
+    ///
+    /// An axis that cannot stop before the target goes beyond it and comes back. An axis that is faster than its limit
+    /// slows down first. Without a limit of jerk, the acceleration of `start` has no effect.
+    ///
+    /// An axis at rest makes the move of [`new`](Self::new). Otherwise, the time of the move is found by 80 halvings of
+    /// an interval.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`new`](Self::new).
+    pub fn from_motion(start: MotionState, to: f64, limits: Limits) -> Result<Self, MotionProfileError> {
+        Self::passing(start, to, 0.0, limits)
+    }
+
+    /// The move of an axis, in motion or at rest, that passes a target at a velocity.
+    ///
+    /// If the axis would be there too soon, it is slower on the way, but it never turns round to make room.
+    /// After the move, the axis goes on at this velocity.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`new`](Self::new); [`TooFast`](MotionProfileError::TooFast) if the velocity exceeds its limit;
+    /// [`GoesBack`](MotionProfileError::GoesBack) if the axis has to go back first.
+    pub fn passing(start: MotionState, to: f64, velocity: f64, limits: Limits) -> Result<Self, MotionProfileError> {
+        check(&[start.position, start.velocity, start.acceleration, to, velocity], &limits)?;
+        if velocity.abs() > limits.velocity {
+            return Err(MotionProfileError::TooFast);
+        }
+        let rests = start.velocity == 0.0 && (start.acceleration == 0.0 || limits.jerk.is_none());
+        if rests && velocity == 0.0 {
+            return Self::new(start.position, to, limits);
+        }
+        Self::of_course(Course::to(start, to, velocity, &limits)?, to, limits)
+    }
+
+    /// The fastest way of an axis to rest, with no more deceleration and jerk than the limits allow.
+    /// [`target`](Self::target) says where the axis rests.
+    ///
+    /// With a limit of jerk, an axis that accelerates goes on doing so for some time, and an axis whose deceleration is
+    /// too great for its velocity turns round. The limit of velocity has no effect.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`new`](Self::new).
+    pub fn stop(start: MotionState, limits: Limits) -> Result<Self, MotionProfileError> {
+        check(&[start.position, start.velocity, start.acceleration], &limits)?;
+        let course = Course::at_once(start, 0.0, &limits);
+        Self::of_course(course, start.position + course.distance(), limits)
+    }
+
+    fn of_course(course: Course, to: f64, limits: Limits) -> Result<Self, MotionProfileError> {
+        let (velocity, seconds) = (course.peak(), course.duration());
+        let is_sound = to.is_finite() && velocity.is_finite() && seconds.is_finite() && course.is_exact();
+        let profile = Self { from: course.start(), to, limits, velocity, shape: Shape::Motion(course) };
+        if is_sound { Ok(profile) } else { Err(MotionProfileError::OutOfRange) }
+    }
+
     /// Duration of the move, in seconds.
     #[must_use]
     pub fn duration(&self) -> f64 {
-        2.0 * self.speeding() + self.cruising
+        match &self.shape {
+            Shape::Rest(halves) => halves.duration(),
+            Shape::Motion(course) => course.duration(),
+        }
     }
 
     /// Position at the start.
@@ -153,13 +247,26 @@ impl MotionProfile {
         self.velocity
     }
 
-    /// Position, velocity and acceleration at a time in seconds after the start. The axis is at rest before and after
-    /// the move.
+    /// Position, velocity and acceleration at a time in seconds after the start. Before the move, the axis is as at its
+    /// start. After the move, it rests, or goes on at the velocity of its end.
     ///
-    /// NaN counts as a time before the start. In a trapezoid, acceleration jumps; at a jump it has the value of the
-    /// part that is nearer to the middle of the move.
+    /// NaN counts as a time before the start. In a trapezoid, acceleration jumps. At a jump, it has the value of the
+    /// later part; in a move from rest to rest, that of the part that is nearer to the middle.
     #[must_use]
     pub fn at(&self, time: f64) -> MotionState {
+        match &self.shape {
+            Shape::Rest(halves) => halves.at(time),
+            Shape::Motion(course) => course.at(self.to, time),
+        }
+    }
+}
+
+impl Halves {
+    fn duration(&self) -> f64 {
+        2.0 * self.speeding() + self.cruising
+    }
+
+    fn at(&self, time: f64) -> MotionState {
         let (left, sign) = (self.duration() - time, if self.to < self.from { -1.0 } else { 1.0 });
         if time.is_nan() || time < 0.0 || self.duration() == 0.0 {
             return MotionState { position: self.from, ..MotionState::default() };
@@ -208,6 +315,17 @@ impl MotionProfile {
         } else {
             (top * (time - 0.5 * speeding), top, 0.0)
         }
+    }
+}
+
+fn check(numbers: &[f64], limits: &Limits) -> Result<(), MotionProfileError> {
+    let sound = |limit: f64| limit.is_finite() && limit > 0.0;
+    if !numbers.iter().all(|number| number.is_finite()) {
+        Err(MotionProfileError::NotFinite)
+    } else if !(sound(limits.velocity) && sound(limits.acceleration) && limits.jerk.is_none_or(sound)) {
+        Err(MotionProfileError::Limit)
+    } else {
+        Ok(())
     }
 }
 

@@ -1,10 +1,10 @@
 //! Simulated motor: its position at each moment, in the units of its rig.
 //!
-//! A motor obeys commands within its own limits. From rest it moves by a [`MotionProfile`] of `motion-core`. While it
+//! A motor obeys commands within its own limits. It goes to a position by a [`MotionProfile`] of `motion-core`. While it
 //! moves, it changes its speed with constant acceleration. Positions on a curve are set moment by moment with
 //! [`lead`](Motor::lead). At an end of its travel a motor stops dead, like a motor that trips a limit switch.
 
-use motion_core::profile::{Limits, MotionProfile};
+use motion_core::profile::{Limits, MotionProfile, MotionState};
 use motion_core::time::Millis;
 use motion_core::trajectory::Range;
 
@@ -59,9 +59,10 @@ enum Motion {
         acceleration: f64,
         then: Then,
     },
-    /// Motion from rest to rest.
+    /// Motion to a position. All positions of the profile have got other numbers since, greater by `by`.
     Profile {
         start: f64,
+        by: f64,
         profile: MotionProfile,
     },
 }
@@ -70,10 +71,8 @@ enum Motion {
 enum Then {
     /// Goes on with the velocity that it has then.
     Run,
-    /// Goes on with that velocity for a time, and stops with this acceleration.
-    RunAndStop { seconds: f64, acceleration: f64, at: f64 },
-    /// Rests, at this position if it is known.
-    Rest(Option<f64>),
+    /// Rests.
+    Rest,
     /// Goes to another position.
     Go(f64, Limits),
 }
@@ -112,9 +111,9 @@ impl Motor {
         let now = seconds(now);
         match &self.motion {
             Motion::Rest | Motion::Led => self.from,
-            Motion::Profile { start, profile } => {
+            Motion::Profile { start, by, profile } => {
                 let state = profile.at(now - start);
-                Place { position: state.position, velocity: state.velocity }
+                Place { position: state.position + by, velocity: state.velocity }
             }
             Motion::Ramp { start, seconds, acceleration, .. } => {
                 let time = (now - start).clamp(0.0, *seconds);
@@ -153,23 +152,18 @@ impl Motor {
         }
         self.owes_rest = true;
         if here.velocity == 0.0 {
-            self.depart(start, here.position, to, limits);
-            return;
+            return self.depart(start, here, to, limits);
         }
-        self.from = here;
         let (way, towards) = (to - here.position, (to - here.position).signum());
         let speed = here.velocity * towards;
         let needed = if speed > 0.0 { speed * speed / (2.0 * way.abs()) } else { 0.0 };
         let hard = limits.acceleration.max(needed).min(self.limits.acceleration);
-        self.motion = if speed > 0.0 && needed <= hard {
-            let peak = (hard * way.abs() + speed * speed / 2.0).sqrt().min(limits.velocity);
-            let change = (peak - speed).abs() / hard;
-            let left = way.abs() - change * f64::midpoint(speed, peak) - peak * peak / (2.0 * hard);
-            let then = Then::RunAndStop { seconds: left.max(0.0) / peak, acceleration: -towards * hard, at: to };
-            Motion::Ramp { start, seconds: change, acceleration: towards * hard * (peak - speed).signum(), then }
+        if speed > 0.0 && needed <= hard {
+            self.depart(start, here, to, Limits { acceleration: hard, jerk: None, ..limits });
         } else {
-            self.braking(start, hard, Then::Go(to, limits))
-        };
+            self.from = here;
+            self.motion = self.braking(start, hard, Then::Go(to, limits));
+        }
     }
 
     /// Runs with a velocity until the next command.
@@ -200,7 +194,7 @@ impl Motor {
         let hard = if hard > 0.0 { hard.max(self.slowing(now)).min(hardest) } else { hardest };
         self.from = self.at(now);
         self.owes_rest = true;
-        self.motion = self.braking(seconds(now), hard, Then::Rest(None));
+        self.motion = self.braking(seconds(now), hard, Then::Rest);
     }
 
     /// Stops dead.
@@ -223,16 +217,9 @@ impl Motor {
         self.from.position += by;
         match &mut self.motion {
             Motion::Rest | Motion::Led => {}
-            Motion::Profile { profile, .. } => {
-                let moved = MotionProfile::new(profile.start() + by, profile.target() + by, profile.limits());
-                if let Ok(moved) = moved {
-                    *profile = moved;
-                }
-            }
-            Motion::Ramp { then, .. } => match then {
-                Then::RunAndStop { at, .. } | Then::Rest(Some(at)) | Then::Go(at, _) => *at += by,
-                Then::Run | Then::Rest(None) => {}
-            },
+            Motion::Profile { by: before, .. } => *before += by,
+            Motion::Ramp { then: Then::Go(at, _), .. } => *at += by,
+            Motion::Ramp { then: Then::Run | Then::Rest, .. } => {}
         }
         if let Some(travel) = &mut self.travel {
             *travel = Range::new(travel.from + by, travel.to + by);
@@ -270,37 +257,23 @@ impl Motor {
     fn turn(&mut self, now: f64) {
         loop {
             match self.motion.clone() {
-                Motion::Profile { start, profile } if now - start >= profile.duration() => {
-                    self.from = Place { position: profile.target(), velocity: 0.0 };
+                Motion::Profile { start, by, profile } if now - start >= profile.duration() => {
+                    self.from = Place { position: profile.target() + by, velocity: 0.0 };
                     self.motion = Motion::Rest;
                 }
                 Motion::Ramp { start, seconds, acceleration, then } if now - start >= seconds => {
                     let Place { position, velocity } = self.from;
                     let reached = velocity + acceleration * seconds;
                     let over = start + seconds;
-                    let place =
-                        Place { position: position + seconds * f64::midpoint(velocity, reached), velocity: reached };
+                    let position = position + seconds * f64::midpoint(velocity, reached);
+                    let here = Place { position, velocity: 0.0 };
                     match then {
                         Then::Run => return,
-                        Then::RunAndStop { seconds, acceleration, at } => {
-                            if now < over + seconds {
-                                return;
-                            }
-                            let braking = reached.abs() / acceleration.abs();
-                            let position = place.position + reached * seconds;
-                            self.from = Place { position, velocity: reached };
-                            self.motion = Motion::Ramp {
-                                start: over + seconds,
-                                seconds: braking,
-                                acceleration,
-                                then: Then::Rest(Some(at)),
-                            };
-                        }
-                        Then::Rest(at) => {
-                            self.from = Place { position: at.unwrap_or(place.position), velocity: 0.0 };
+                        Then::Rest => {
+                            self.from = here;
                             self.motion = Motion::Rest;
                         }
-                        Then::Go(to, limits) => self.depart(over, place.position, to, limits),
+                        Then::Go(to, limits) => self.depart(over, here, to, limits),
                     }
                 }
                 _ => return,
@@ -308,20 +281,21 @@ impl Motor {
         }
     }
 
-    /// Moves from rest to rest.
-    fn depart(&mut self, start: f64, here: f64, to: f64, limits: Limits) {
-        self.from = Place { position: here, velocity: 0.0 };
-        self.motion = match MotionProfile::new(here, to, limits) {
-            Ok(profile) => Motion::Profile { start, profile },
-            // The distance is too great or too small for the numbers, so the motor stays.
-            Err(_) => Motion::Rest,
+    /// Goes to a position, from rest or from motion.
+    fn depart(&mut self, start: f64, here: Place, to: f64, limits: Limits) {
+        self.from = here;
+        let state = MotionState { position: here.position, velocity: here.velocity, acceleration: 0.0 };
+        self.motion = match MotionProfile::from_motion(state, to, limits) {
+            Ok(profile) => Motion::Profile { start, by: 0.0, profile },
+            // The distance is too great or too small for the numbers, so the motor stops or stays.
+            Err(_) => self.braking(start, limits.acceleration, Then::Rest),
         };
     }
 
     /// Present deceleration; 0 if the motor does not slow down.
     fn slowing(&self, now: Millis) -> f64 {
         let acceleration = match &self.motion {
-            Motion::Profile { start, profile } => profile.at(seconds(now) - start).acceleration,
+            Motion::Profile { start, profile, .. } => profile.at(seconds(now) - start).acceleration,
             Motion::Ramp { start, seconds: lasts, acceleration, .. } if seconds(now) - start < *lasts => *acceleration,
             Motion::Rest | Motion::Led | Motion::Ramp { .. } => 0.0,
         };

@@ -65,7 +65,7 @@ pub fn first<const N: usize>(input: &[u8]) -> [u8; N] {
 
 fn curves(input: &[u8], out: &mut dyn Write) -> fmt::Result {
     use motion_core::bezier::{Cursor, Motion, Segment, Table};
-    use motion_core::profile::{Limits, MotionProfile};
+    use motion_core::profile::{Limits, MotionProfile, MotionState};
 
     let mut numbers = input.chunks(8).map(|bytes| f64::from_le_bytes(first(bytes)));
     let mut number = || numbers.next().unwrap_or_default();
@@ -89,10 +89,19 @@ fn curves(input: &[u8], out: &mut dyn Write) -> fmt::Result {
         writeln!(out, "{table:?} {} {:?}", table.parameter(number()) < table.position(number()), table.at(number()))?;
     }
     let limits = Limits { velocity: number(), acceleration: number(), jerk: Some(number()) };
-    match MotionProfile::new(number(), number(), limits) {
-        Ok(profile) => writeln!(out, "{profile:?} {:?}", profile.at(number())),
-        Err(_) => writeln!(out, "no profile"),
+    let start = MotionState { position: number(), velocity: number(), acceleration: number() };
+    let profiles = [
+        MotionProfile::new(number(), number(), limits),
+        MotionProfile::stop(start, limits),
+        MotionProfile::passing(start, number(), number(), limits),
+    ];
+    for profile in profiles {
+        match profile {
+            Ok(profile) => writeln!(out, "{profile:?} {:?}", profile.at(number()))?,
+            Err(_) => writeln!(out, "no profile")?,
+        }
     }
+    Ok(())
 }
 
 /// Reads bytes as the segments of two axes, and as the numbers to sample them with.
