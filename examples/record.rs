@@ -73,6 +73,8 @@ pub type Keys = Vec<(&'static str, serde_json::Value)>;
 
 /// A frame, ready to be printed.
 pub struct Shown<'a> {
+    /// Bytes of the whole frame.
+    pub frame: &'a [u8],
     /// Name of the message in the specification, if it is known.
     pub message: Option<&'a str>,
     /// Title for human readers: the name of the message.

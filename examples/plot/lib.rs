@@ -1,4 +1,5 @@
-//! Drawings of moves: position, velocity and acceleration of each axis over time, as SVG and PNG.
+//! Drawings as SVG and PNG: position, velocity and acceleration of each axis of a move over time, and the positions of
+//! each motor that a capture has.
 
 mod figure;
 mod label;
@@ -7,6 +8,7 @@ mod trace;
 
 use std::error::Error;
 use std::io::Write;
+use std::ops::Range;
 
 use motion_move::Move;
 use plotters::prelude::{BitMapBackend, FontStyle, IntoDrawingArea, SVGBackend};
@@ -20,12 +22,62 @@ static FONT: &[u8] = include_bytes!("font/SourceSans3-Regular.ttf");
 /// Number of pixels of the PNG for each pixel of the SVG, in each direction.
 const FINE: i32 = 2;
 
+/// Subject of a drawing.
+#[derive(Clone, Copy, Debug)]
+pub enum Subject<'a> {
+    /// A planned move.
+    Move(&'a Move),
+    /// Moves of a capture.
+    Recording(&'a Recording),
+}
+
+impl<'a> From<&'a Move> for Subject<'a> {
+    fn from(subject: &'a Move) -> Self {
+        Self::Move(subject)
+    }
+}
+
+impl<'a> From<&'a Recording> for Subject<'a> {
+    fn from(subject: &'a Recording) -> Self {
+        Self::Recording(subject)
+    }
+}
+
+/// Moves of motors that a capture has.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// Title of the drawing.
+    pub title: String,
+    /// Line below the title.
+    pub about: String,
+    /// Ways of the motors, one panel for each.
+    pub tracks: Vec<Track>,
+}
+
+/// Way of a motor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Track {
+    /// Name of the motor, and of its move if there are several.
+    pub name: String,
+    /// Unit of the positions.
+    pub unit: &'static str,
+    /// Times from the left to the right; the end is later than the start.
+    pub span: Range<f64>,
+    /// Unit of the times, which follows each number.
+    pub time_unit: &'static str,
+    /// Lines as times and positions.
+    pub lines: Vec<Vec<(f64, f64)>>,
+    /// Key frames as times and positions, if the capture has them.
+    pub keys: Vec<(f64, f64)>,
+}
+
 /// The drawing as SVG.
 ///
 /// # Errors
 ///
 /// The errors of the drawing library.
-pub fn svg(subject: &Move) -> Result<String, Box<dyn Error>> {
+pub fn svg<'a>(subject: impl Into<Subject<'a>>) -> Result<String, Box<dyn Error>> {
+    let subject = subject.into();
     font()?;
     let mut text = String::new();
     figure::draw(subject, &SVGBackend::with_string(&mut text, figure::size(subject, 1)).into_drawing_area(), 1)?;
@@ -37,7 +89,8 @@ pub fn svg(subject: &Move) -> Result<String, Box<dyn Error>> {
 /// # Errors
 ///
 /// The errors of the drawing library and of `out`.
-pub fn png(subject: &Move, out: impl Write) -> Result<(), Box<dyn Error>> {
+pub fn png<'a>(subject: impl Into<Subject<'a>>, out: impl Write) -> Result<(), Box<dyn Error>> {
+    let subject = subject.into();
     font()?;
     let (width, height) = figure::size(subject, FINE);
     let mut pixels = vec![0; 3 * width as usize * height as usize];

@@ -49,6 +49,7 @@ fn shown<'m, 'f: 'm, M: Messages<'f>>(frame: &Frame<'f>, read: &'m Read<M>) -> S
         if frame.kind().is_ack() { format!(" of {}", request(frame.kind().request())) } else { String::new() };
     let unknown = if message == Some("Other") { format!(" {}", frame.kind()) } else { String::new() };
     Shown {
+        frame: frame.bytes(),
         message,
         title: format!("{}{subject}{unknown}", message.unwrap_or("unknown")),
         subtitle: if frame.id() == MessageId::UNSOLICITED {

@@ -41,6 +41,7 @@ impl Show for Hoot {
                 let number =
                     if message.name() == "Other" { format!(" command {}", frame.command()) } else { String::new() };
                 see(Shown {
+                    frame: frame.bytes(),
                     message: Some(message.name()),
                     title: format!("{}{number}", message.name()),
                     subtitle: match frame.address() {
@@ -81,6 +82,7 @@ impl Show for Hoot {
                     _ => "",
                 };
                 see(Shown {
+                    frame: frame.bytes(),
                     message: Some(message.name()),
                     title: message.name().to_owned(),
                     subtitle,

@@ -62,6 +62,7 @@ fn shown<'m, 'f: 'm, M: Messages<'f>>(frame: &Frame<'f>, read: &'m Read<M>, name
         _ => String::new(),
     };
     Shown {
+        frame: frame.bytes(),
         title: own.or(name).unwrap_or("unknown").to_owned(),
         subtitle,
         message: name.or_else(|| known::<M>(frame)),

@@ -3,7 +3,7 @@
 //! | command | what it does |
 //! |---|---|
 //! | `moco inspect` | shows the frames of a capture as typed messages |
-//! | `moco plot` | draws a move file |
+//! | `moco plot` | draws a move file, or the moves of a capture |
 //! | `moco one-move` | converts a move file to all three protocols, says what each loses, and plays it on simulated rigs |
 //! | `moco simulate` | runs a rig without hardware |
 //! | `moco drive` | controls a simulated or real rig |
