@@ -150,6 +150,14 @@ function showMove(name, bytes) {
   const answer = call({ call: "curves", name }, bytes);
   say(answer.error);
   if (!answer.axes) return;
+  shown = answer;
+  drawMove();
+}
+
+let shown;
+
+function drawMove() {
+  const answer = shown;
   const parts = [make("h3", {}, answer.name), make("p", { class: "quiet" }, answer.about)];
   if (answer.excesses.length) parts.push(make("ul", { class: "excesses" }, ...list(answer.excesses, "excess")));
   parts.push(...answer.axes.map((axis) => figure(axis, answer.duration)));
@@ -161,6 +169,12 @@ function showMove(name, bytes) {
   }
   $("move").replaceChildren(...parts, rigs);
 }
+
+let width = innerWidth;
+addEventListener("resize", () => {
+  if (shown && width !== innerWidth) drawMove();
+  width = innerWidth;
+});
 
 // Files
 
