@@ -47,6 +47,7 @@ pub enum Happening {
 }
 
 #[derive(Debug, Clone)]
+#[expect(clippy::large_enum_variant, reason = "a rig has few motors, and a motor is made in constants")]
 enum Motion {
     Rest,
     /// The positions are set from outside.
@@ -216,10 +217,9 @@ impl Motor {
         let by = position - self.at(now).position;
         self.from.position += by;
         match &mut self.motion {
-            Motion::Rest | Motion::Led => {}
             Motion::Profile { by: before, .. } => *before += by,
             Motion::Ramp { then: Then::Go(at, _), .. } => *at += by,
-            Motion::Ramp { then: Then::Run | Then::Rest, .. } => {}
+            Motion::Rest | Motion::Led | Motion::Ramp { then: Then::Run | Then::Rest, .. } => {}
         }
         if let Some(travel) = &mut self.travel {
             *travel = Range::new(travel.from + by, travel.to + by);

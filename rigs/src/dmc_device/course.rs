@@ -23,6 +23,7 @@ const VENDOR_JOG: f64 = 4.0;
 
 /// Motion of all motors together.
 #[derive(Debug, Clone)]
+#[expect(clippy::large_enum_variant, reason = "a rig has one course")]
 pub(super) enum Course {
     /// Each motor moves for itself, or rests.
     Free,

@@ -82,9 +82,8 @@ struct Trajectories {
 impl Moves for Trajectories {
     fn take(&mut self, offset: u64, frame: &[u8]) {
         let Ok(frame) = kos_proto::Frame::decode(frame) else { return };
-        let data = match kos_proto::HostMessage::decode(&frame) {
-            Ok(kos_proto::HostMessage::SetTrajectoryData(data)) => data,
-            _ => return,
+        let Ok(kos_proto::HostMessage::SetTrajectoryData(data)) = kos_proto::HostMessage::decode(&frame) else {
+            return;
         };
         if self.last == frame.payload() {
             return;
