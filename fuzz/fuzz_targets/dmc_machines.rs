@@ -108,18 +108,20 @@ impl<'i> Dmc<'i> {
         match what % 16 {
             0 => device::Input::LinkUp,
             1 => device::Input::LinkDown,
-            2 => device::Input::Moving(Motors(which.into())),
-            3..7 => device::Input::AtRest,
-            7 => device::Input::AtFrame(FrameNumber(which.into())),
-            8 => device::Input::PassEnd,
-            9 => device::Input::OperatorGo,
-            10 => device::Input::Limit { motor, upper: which > 100 },
-            11 => device::Input::EmergencyStop(which > 100),
-            12 => device::Input::Fault(Some(motor)),
-            13 => device::Input::Inputs(Triggers(which.into())),
-            14 => device::Input::Aimed,
+            2 => device::Input::Rig(device::Report::Moving(Motors(which.into()))),
+            3..7 => device::Input::Rig(device::Report::AtRest),
+            7 => device::Input::Rig(device::Report::AtFrame(FrameNumber(which.into()))),
+            8 => device::Input::Rig(device::Report::PassEnd),
+            9 => device::Input::Rig(device::Report::OperatorGo),
+            10 => device::Input::Rig(device::Report::Limit { motor, upper: which > 100 }),
+            11 => device::Input::Rig(device::Report::EmergencyStop(which > 100)),
+            12 => device::Input::Rig(device::Report::Fault(Some(motor))),
+            13 => device::Input::Rig(device::Report::Inputs(Triggers(which.into()))),
+            14 => device::Input::Rig(device::Report::Aimed),
             // The buffer answers the last message once more.
-            _ => self.store.map_or(device::Input::Wake, |store| device::Input::Stored(store, AckCode(which.into()))),
+            _ => self.store.map_or(device::Input::Wake, |store| {
+                device::Input::Rig(device::Report::Stored(store, AckCode(which.into())))
+            }),
         }
     }
 
@@ -178,7 +180,7 @@ impl<'i> Dmc<'i> {
                 Effect::Transmit(transmit) => send(&mut self.world.down, self.world.now, &answer(&transmit)),
                 Effect::Event(AtRig::Store { store, .. }) => {
                     self.store = Some(store);
-                    self.tell_device(device::Input::Stored(store, AckCode::OK));
+                    self.tell_device(device::Input::Rig(device::Report::Stored(store, AckCode::OK)));
                 }
                 Effect::Event(_) => {}
             }
