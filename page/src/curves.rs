@@ -35,11 +35,11 @@ pub(crate) fn curves(name: &str, file: &[u8]) -> Result<Value, String> {
             let (unit, limits) = (axis.unit(), axis.limits());
             let (fast, hard) = (limits.map(|limits| limits.velocity), limits.map(|limits| limits.acceleration));
             let panels = [
-                panel("position", unit.to_owned(), &traces.position, &trace::positions(&traces.position), None),
-                panel("velocity", format!("{unit}/s"), &traces.velocity, &trace::rates(&traces.velocity, fast), fast),
+                panel("position", unit, &traces.position, &trace::positions(&traces.position), None),
+                panel("velocity", &format!("{unit}/s"), &traces.velocity, &trace::rates(&traces.velocity, fast), fast),
                 panel(
                     "acceleration",
-                    format!("{unit}/s²"),
+                    &format!("{unit}/s²"),
                     &traces.acceleration,
                     &trace::rates(&traces.acceleration, hard),
                     hard,
@@ -61,7 +61,7 @@ pub(crate) fn curves(name: &str, file: &[u8]) -> Result<Value, String> {
 }
 
 /// A panel: its range of values, the lines within it, and the parts beyond the limit.
-fn panel(title: &str, unit: String, lines: &[Line], values: &Range<f64>, limit: Option<f64>) -> Value {
+fn panel(title: &str, unit: &str, lines: &[Line], values: &Range<f64>, limit: Option<f64>) -> Value {
     let part = |range: Range<f64>| -> Vec<Line> {
         lines.iter().flat_map(|line| trace::clip(line, &range)).filter(|line| line.len() > 1).collect()
     };

@@ -72,7 +72,7 @@ pub(crate) fn inspect(options: &Options, capture: &[u8]) -> Result<Value, String
     let mut answer = json!({
         "protocol": name(protocol),
         "detected": options.protocol.is_none(),
-        "rows": rows.rows,
+        "rows": rows.shown,
         "count": rows.count,
         "bad": rows.bad,
     });
@@ -169,7 +169,7 @@ fn is_sure(record: &Record<'_>) -> bool {
 /// Rows of a table.
 #[derive(Default)]
 pub(crate) struct Rows {
-    pub(crate) rows: Vec<Value>,
+    pub(crate) shown: Vec<Value>,
     /// Number of messages, shown or not.
     pub(crate) count: u64,
     /// Number of messages with an error.
@@ -181,8 +181,8 @@ impl Rows {
         self.count += 1;
         let row = row(record, self.count);
         self.bad += u64::from(row["mark"] == "error");
-        if self.rows.len() < ROWS {
-            self.rows.push(row);
+        if self.shown.len() < ROWS {
+            self.shown.push(row);
         }
     }
 }

@@ -69,7 +69,7 @@ impl Page {
                 rig.report()
             })),
             Request::Advance { millis, held } => self.rig(|rig| rig.advance(millis, held)),
-            Request::Connect => self.rig(|rig| rig.connect()),
+            Request::Connect => self.rig(rig::Stage::connect),
             Request::Go { motor } => self.rig(|rig| rig.go(motor)),
         }
     }

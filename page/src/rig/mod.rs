@@ -73,6 +73,7 @@ struct Note {
 }
 
 impl Note {
+    #[expect(clippy::needless_pass_by_value, reason = "events are made where they are told")]
     fn line(line: impl ToString) -> Self {
         Self { line: Some(line.to_string()), stopped: None }
     }
@@ -307,7 +308,7 @@ impl<C: Control, R: Rig> Stage for Scene<C, R> {
             *bar = (bar.0.min(place.position), bar.1.max(place.position));
             json!({ "number": number, "position": place.position, "velocity": place.velocity, "low": bar.0, "high": bar.1 })
         }).collect();
-        let rows = mem::take(&mut self.rows.rows);
+        let rows = mem::take(&mut self.rows.shown);
         json!({
             "on": true,
             "time": now.0,
