@@ -68,7 +68,7 @@ pub enum MotionProfileError {
     /// The velocity at the end exceeds its limit.
     #[error("move: the velocity at the end exceeds its limit")]
     TooFast,
-    /// The axis cannot pass its target at the velocity, except if it goes back first.
+    /// The axis is beyond its target before it has the velocity, so it would have to go back first.
     #[error("move: the axis has to go back first to pass its target at this velocity")]
     GoesBack,
 }
@@ -173,8 +173,8 @@ impl MotionProfile {
 
     /// The move of an axis, in motion or at rest, that passes a target at a velocity.
     ///
-    /// If the axis would be there too soon, it is slower on the way, but it never turns round to make room.
-    /// After the move, the axis goes on at this velocity.
+    /// It is the fastest such move that does not go back to make room for the change of velocity. After the move, the axis
+    /// goes on at this velocity.
     ///
     /// # Errors
     ///

@@ -128,13 +128,18 @@ impl Block<'_> {
     }
 }
 
+/// Number of a segment in the table of blocks, and the length of its data. A test compares them with the tables.
+const SEGMENT: u8 = 6;
+const SEGMENT_LEN: u8 = 34;
+const WHOLE_SEGMENT: usize = Block::HEADER_LEN + SEGMENT_LEN as usize;
+
 /// Takes a block off the front of `bytes`, and returns its number, its data and the remaining bytes.
 #[inline]
 fn split_block(bytes: &[u8]) -> Result<(u32, &[u8], &[u8]), DecodeError> {
     // Most blocks are segments of 34 bytes. If the processor guesses that, it does not wait for the length of each block to
     // find the next one.
-    if let Some(([6, 0, 34, segment @ ..], rest)) = bytes.split_first_chunk::<{ Block::HEADER_LEN + 34 }>() {
-        return Ok((6, segment, rest));
+    if let Some(([SEGMENT, 0, SEGMENT_LEN, segment @ ..], rest)) = bytes.split_first_chunk::<WHOLE_SEGMENT>() {
+        return Ok((SEGMENT.into(), segment, rest));
     }
     let short = |needed| DecodeError::Truncated { what: "TrajectoryData.blocks", needed, have: bytes.len() };
     let (&[id, l0, l1], rest) = bytes.split_first_chunk().ok_or(short(Block::HEADER_LEN))?;
@@ -381,6 +386,21 @@ mod tests {
         assert_eq!(message.encode_into(&mut body), Ok(12));
         assert_eq!(body, *b"\x02\x05\0\x02\x01\0\x03\0\x02xy\x09");
         assert_eq!(TrajectoryData::decode(&body), Ok(message));
+    }
+
+    #[test]
+    fn a_segment_of_the_usual_length_is_that_of_the_tables() {
+        let segment = Block::ALL.iter().find(|kind| kind.name == "Segment").unwrap();
+        let len: usize = segment.layout.iter().map(|row| row.size).sum();
+        assert_eq!((segment.number, len), (SEGMENT.into(), SEGMENT_LEN.into()));
+        // One byte more or less, and a cut, take the way of all other blocks.
+        for more in [0, 1] {
+            let bytes = [&[SEGMENT, 0, SEGMENT_LEN + more][..], &[7; 40]].concat();
+            let data = usize::from(SEGMENT_LEN + more);
+            assert_eq!(split_block(&bytes), Ok((6, &bytes[3..3 + data], &bytes[3 + data..])));
+            let cut = DecodeError::Truncated { what: "TrajectoryData.blocks", needed: 3 + data, have: 2 + data };
+            assert_eq!(split_block(&bytes[..2 + data]), Err(cut));
+        }
     }
 
     #[test]

@@ -132,36 +132,32 @@ impl Course {
         velocity: f64,
         limits: &Limits,
     ) -> Result<Self, MotionProfileError> {
-        let soonest = Self::at_once(start, velocity, limits);
         let way = target - start.position;
-        let missing = way - soonest.distance();
-        let forwards = if missing < 0.0 { -1.0 } else { 1.0 };
-        // Before it passes the target with a velocity, the axis may wait, but not go back.
-        let cruise = if velocity * forwards < 0.0 { 0.0 } else { forwards * limits.velocity };
-        let first = ramp(start, cruise, limits);
-        let whole = Self::new(start, first, 0.0, velocity, limits);
-        let left = (way - whole.distance()) * forwards;
-        let course = if missing == 0.0 {
-            soonest
-        } else if left >= 0.0 {
-            if cruise == 0.0 {
-                return Err(MotionProfileError::GoesBack);
+        let reaching = |course: Self| Self { rest: way - course.distance(), ..course };
+        let soonest = reaching(Self::at_once(start, velocity, limits));
+        if soonest.is_exact() {
+            return Ok(soonest);
+        }
+        let forwards = if soonest.rest < 0.0 { -1.0 } else { 1.0 };
+        // The axis is beyond the target before it has the velocity.
+        if velocity * forwards < 0.0 {
+            return Err(MotionProfileError::GoesBack);
+        }
+        let first = ramp(start, forwards * limits.velocity, limits);
+        let left = (way - Self::new(start, first, 0.0, velocity, limits).distance()) * forwards;
+        if left >= 0.0 {
+            return Ok(reaching(Self::new(start, first, left / limits.velocity, velocity, limits)));
+        }
+        let (mut early, mut late) = (0.0, seconds(&first));
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (early + late);
+            if (way - Self::new(start, cut(first, middle), 0.0, velocity, limits).distance()) * forwards > 0.0 {
+                early = middle;
+            } else {
+                late = middle;
             }
-            Self::new(start, first, left / limits.velocity, velocity, limits)
-        } else {
-            let (mut early, mut late) = (0.0, seconds(&first));
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (early + late);
-                let tried = Self::new(start, cut(first, middle), 0.0, velocity, limits);
-                if (way - tried.distance()) * forwards > 0.0 {
-                    early = middle;
-                } else {
-                    late = middle;
-                }
-            }
-            Self::new(start, cut(first, early), 0.0, velocity, limits)
-        };
-        Ok(Self { rest: way - course.distance(), ..course })
+        }
+        Ok(reaching(Self::new(start, cut(first, early), 0.0, velocity, limits)))
     }
 
     /// Distance from the start to the end; negative towards smaller positions.
