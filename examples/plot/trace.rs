@@ -11,20 +11,25 @@ const POINTS: f64 = 1_200.0;
 const LEAST: f64 = 40.0;
 
 /// A line: times and values.
-pub(crate) type Line = Vec<(f64, f64)>;
+pub type Line = Vec<(f64, f64)>;
 
 /// Position, velocity and acceleration of an axis over time.
 ///
 /// Each stretch between key frames is a separate line, so that jumps are gaps. Where a rate has no limit, the line has
 /// no point.
-pub(crate) struct Traces {
-    pub(crate) position: Vec<Line>,
-    pub(crate) velocity: Vec<Line>,
-    pub(crate) acceleration: Vec<Line>,
+pub struct Traces {
+    /// Positions, in units of the axis.
+    pub position: Vec<Line>,
+    /// Velocities, in units per second.
+    pub velocity: Vec<Line>,
+    /// Accelerations, in units per second squared.
+    pub acceleration: Vec<Line>,
 }
 
 impl Traces {
-    pub(crate) fn new(axis: &MoveAxis, duration: f64) -> Self {
+    /// The traces of an axis in a move that lasts so many seconds.
+    #[must_use]
+    pub fn new(axis: &MoveAxis, duration: f64) -> Self {
         let curve = axis.curve();
         let mut traces = Self { position: Vec::new(), velocity: Vec::new(), acceleration: Vec::new() };
         let rest = |time: f64| Motion { velocity: Some(0.0), acceleration: Some(0.0), ..curve.at(time) };
@@ -60,7 +65,8 @@ impl Traces {
 }
 
 /// The range of positions that a panel shows: all positions, and some room.
-pub(crate) fn positions(lines: &[Line]) -> Range<f64> {
+#[must_use]
+pub fn positions(lines: &[Line]) -> Range<f64> {
     let (least, most) = bounds(lines);
     roomy(least, most)
 }
@@ -68,7 +74,8 @@ pub(crate) fn positions(lines: &[Line]) -> Range<f64> {
 /// The range of rates that a panel shows: 0, the limit if it is not far away, and the usual rates.
 ///
 /// At a vertical tangent a rate has no limit. If it were drawn to scale, all other values would be a straight line.
-pub(crate) fn rates(lines: &[Line], limit: Option<f64>) -> Range<f64> {
+#[must_use]
+pub fn rates(lines: &[Line], limit: Option<f64>) -> Range<f64> {
     let mut sizes: Vec<f64> = lines.iter().flatten().map(|(_, rate)| rate.abs()).collect();
     sizes.sort_by(f64::total_cmp);
     let usual = sizes.get(sizes.len() * 9 / 10).copied().unwrap_or(0.0).max(limit.unwrap_or(0.0));
@@ -94,7 +101,8 @@ fn roomy(least: f64, most: f64) -> Range<f64> {
 }
 
 /// The parts of a line between two values.
-pub(crate) fn clip(line: &[(f64, f64)], values: &Range<f64>) -> Vec<Line> {
+#[must_use]
+pub fn clip(line: &[(f64, f64)], values: &Range<f64>) -> Vec<Line> {
     let mut parts = vec![Line::new()];
     for pair in line.windows(2) {
         let [from, to] = [pair[0], pair[1]];

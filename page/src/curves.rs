@@ -1,19 +1,13 @@
 //! Curves of a move, its limits, and where each of the three rigs departs from it.
 
-// The curves are those of the drawings of `moco plot`, without its drawing library, which measures text with the browser.
-#[allow(dead_code, reason = "the page draws with its own axes")]
-#[path = "../../examples/plot/trace.rs"]
-mod trace;
-
 use std::fmt::Display;
 use std::ops::Range;
 
 use kos_proto::message::{Normalized, Seconds};
 use kos_proto::trajectory::{Delay, LiveMotion, Loop, Play};
 use motion_move::{Excess, Loss, Move, dmc, hoot, kos};
+use plot::trace::{self, Line, Traces};
 use serde_json::{Value, json};
-
-use trace::{Line, Traces};
 
 /// Size of a move file that is surely none, in bytes.
 const LARGE: usize = 4 << 20;

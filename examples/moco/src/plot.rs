@@ -96,9 +96,16 @@ fn draw(args: &Args, subject: Subject<'_>, output: &mut impl Write) -> Result<()
 }
 
 fn write(output: &mut impl Write, path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    say(output, &save(path, bytes)?)
+}
+
+/// Writes a picture, and returns its name.
+pub(crate) fn save(path: &Path, bytes: &[u8]) -> Result<String, Failure> {
     let name = path.display().to_string();
-    fs::write(path, bytes).map_err(|error| Failure::not_done(format!("{name}: {error}")))?;
-    say(output, &name)
+    match fs::write(path, bytes) {
+        Ok(()) => Ok(name),
+        Err(error) => Err(Failure::not_done(format!("{name}: {error}"))),
+    }
 }
 
 /// Writes a line. Pictures are drawn even if nobody reads the output.

@@ -2,7 +2,6 @@
 
 mod play;
 
-use std::fs;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -14,6 +13,8 @@ use kos_proto::trajectory::{Delay, LiveMotion, Loop, Play};
 use motion_move::{Excess, Loss, LossKind, Move, MoveAxis, dmc, hoot, kos};
 use motion_rigs::hoot_node::Setup;
 use serde_json::{Value, json};
+
+use crate::plot::save;
 
 /// Convert a move file to kOS, DMC and hoot: what is converted, what is lost and where, and which limits are exceeded
 ///
@@ -70,8 +71,7 @@ pub fn one_move(args: &Args, output: &mut impl Write) -> Result<(), Failure> {
         }
     }
     let svg = plot::played(&subject, &played).map_err(Failure::not_done)?;
-    let name = path.display().to_string();
-    fs::write(&path, svg).map_err(|error| Failure::not_done(format!("{name}: {error}")))?;
+    let name = save(&path, svg.as_bytes())?;
     lines.say("all", "picture", &name, json!({}))
 }
 

@@ -1,5 +1,7 @@
 //! A move on three simulated rigs, on a virtual clock.
 
+use std::collections::BTreeSet;
+
 use dmc_proto::Token as DmcToken;
 use dmc_proto::host::Event as DmcTold;
 use dmc_proto::message::{Milliseconds, Motor as DmcMotor, RtRunMove, RunFlags};
@@ -46,8 +48,7 @@ pub(super) fn all(subject: &Move, converted: &Converted<'_>) -> Vec<(&'static st
         played.push(("DMC", dmc(subject, converted)));
     }
     if let Ok(converted) = &converted.hoot {
-        let mut nodes: Vec<Address> = converted.planned.iter().map(|planned| planned.node).collect();
-        nodes.dedup();
+        let nodes: BTreeSet<Address> = converted.planned.iter().map(|planned| planned.node).collect();
         played.extend(nodes.into_iter().map(|node| ("hoot", hoot(subject, converted, node))));
     }
     played
