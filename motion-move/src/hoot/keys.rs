@@ -119,9 +119,9 @@ pub struct KeyFrames<'a> {
 /// such cubics. For other eases, and at corners, where a key frame would need two velocities, key frames are added until the
 /// distance is within the tolerance, or there are as many as allowed.
 ///
-/// The loss is exact, except for rounding, where the curve is such a cubic. Otherwise it is a bound: the greatest distance at 65 places from key frame to key frame, and what both curves can move between
-/// these places by their greatest acceleration or speed. The firmware sets the speed of a motor some times a second; what
-/// that loses is not known.
+/// The loss is exact, except for rounding, where the curve is such a cubic. Otherwise it is a bound: the greatest distance
+/// at 65 places from key frame to key frame, and what both curves can move between these places by their greatest
+/// acceleration or speed. The firmware sets the speed of a motor some times a second; what that loses is not known.
 ///
 /// # Errors
 ///
